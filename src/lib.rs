@@ -1,0 +1,12 @@
+//! Harmolux: star-shaped shapes as spherical-harmonic coefficients, and light in rooms by Monte Carlo local estimates.
+//!
+//! The rooms of the crate, and who may name whom, are drawn in `docs/architecture.md`; `tests/rooms.rs` holds the code to it.
+//! Conventions used everywhere: right-handed axes with z up, metres, radians; photometric units (lm, cd, lx, cd/m2); degree l,
+//! order m, truncation `lmax`; the Schmidt semi-normalised basis of `docs/conventions.md`.
+
+pub mod error;
+pub mod math;
+pub mod sh;
+pub mod surface;
+
+pub use error::{Error, Result};

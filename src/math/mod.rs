@@ -1,0 +1,16 @@
+//! The ground floor: rays, boxes, frames, quadrature, sampling, random streams, statistics. Names no other room.
+
+mod aabb;
+mod colour;
+mod frame;
+pub mod quadrature;
+mod ray;
+pub mod sampling;
+pub mod stats;
+mod streams;
+
+pub use aabb::Aabb;
+pub use colour::Rgb;
+pub use frame::Frame;
+pub use ray::Ray;
+pub use streams::{Randomness, Stream, hash};

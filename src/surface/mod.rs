@@ -1,0 +1,87 @@
+//! Surfaces that rays meet: the trait, the hit, and who implements them.
+
+use glam::{DVec2, DVec3};
+
+use crate::math::{Aabb, Ray};
+
+/// Answers rays. One method is required beside the bounds; a surface overrides the others where it knows a faster way.
+///
+/// Surfaces are opaque and two-sided; the normal of a hit points to the outer side whichever side the ray came from.
+pub trait Surface: Send + Sync {
+    /// Gives the first hit between `ray.t_min` and `ray.t_max`, or `None`.
+    fn hit(&self, ray: &Ray) -> Option<Hit>;
+
+    /// Bounds the surface; infinite where the surface is.
+    fn bounds(&self) -> Aabb;
+
+    /// Tells whether anything is hit between `ray.t_min` and `ray.t_max`.
+    fn blocked(&self, ray: &Ray) -> bool {
+        self.hit(ray).is_some()
+    }
+
+    /// Answers a batch: `hits[i]` for `rays[i]`, both of the same length.
+    fn hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.hit(ray);
+        }
+    }
+
+    /// Sharpens a hit of this surface before it is shaded: exact point, exact normals. Shadow rays never need it.
+    fn refine(&self, hit: &Hit) -> Hit {
+        *hit
+    }
+}
+
+/// Describes where a ray met a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// The distance along the ray, metres.
+    pub distance: f64,
+    /// The point, metres.
+    pub point: DVec3,
+    /// The unit normal of the surface that was traced, on its outer side.
+    pub normal: DVec3,
+    /// The unit normal used for shading; equal to `normal` except on smooth meshes.
+    pub shading_normal: DVec3,
+    /// An absolute bound, metres, on the distance between `point` and the surface.
+    pub error: f64,
+    /// Which part of the surface was hit: the face of a box or mesh, 0 where there is only one.
+    pub part: u32,
+}
+
+impl Hit {
+    /// Gives the point from which a ray towards `direction` leaves: this is the one self-intersection policy of the crate.
+    ///
+    /// The point is moved along the geometric normal, to the side `direction` looks to, by four times the error bound: far enough
+    /// to be certainly on that side, and as near as the hit is exact. Nowhere else is there an epsilon.
+    pub fn departure(&self, direction: DVec3) -> DVec3 {
+        let side = 1.0_f64.copysign(self.normal.dot(direction));
+        self.point + (4.0 * self.error * side) * self.normal
+    }
+
+    /// Makes the ray that leaves the hit along the unit vector `direction`.
+    pub fn leave(&self, direction: DVec3) -> Ray {
+        Ray::new(self.departure(direction), direction)
+    }
+}
+
+/// Samples a surface by area; implemented where that is possible (everything bounded).
+pub trait SampleArea: Surface {
+    /// Gives the area, m2.
+    fn area(&self) -> f64;
+
+    /// Samples a point; its density is [`SampleArea::density`] there.
+    fn sample_area(&self, u: DVec2) -> AreaPoint;
+
+    /// Gives the density, 1/m2, with which [`SampleArea::sample_area`] picks the point of a (refined) hit.
+    fn density(&self, hit: &Hit) -> f64;
+}
+
+/// Describes a point sampled on a surface, as the hit that a ray from outside would have made (its distance is 0), with its density.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AreaPoint {
+    /// The point, normals and error bound.
+    pub hit: Hit,
+    /// The density, 1/m2, with which this point was picked.
+    pub density: f64,
+}
