@@ -90,9 +90,10 @@ impl Recurrence {
             }
         });
         let rows = up.into_iter().zip(down).map(|(a, b)| [a, b]).collect();
-        let seeds = diagonal(lmax).into_iter().enumerate().map(|(m, r)| {
-            std::array::from_fn(|lane| if lane == m % LANES { r } else { 0.0 })
-        });
+        let seeds = diagonal(lmax)
+            .into_iter()
+            .enumerate()
+            .map(|(m, r)| std::array::from_fn(|lane| if lane == m % LANES { r } else { 0.0 }));
         Self { lmax, rows, seeds: seeds.collect() }
     }
 

@@ -1,9 +1,19 @@
 //! Spherical harmonics: conventions, Legendre functions, series, grids, transforms, bounds. Knows no mesh.
 
+mod bounds;
 mod coefficients;
 mod legendre;
+mod moments;
+mod rotation_generators;
 mod series;
+mod shape;
+mod transform;
 
+pub use bounds::{Bounds, rounding};
 pub use coefficients::Coefficients;
 pub use legendre::MAX_DEGREE;
+pub use moments::Moments;
+pub use rotation_generators::rotation_derivatives;
 pub use series::{Jet, Series};
+pub use shape::volume;
+pub use transform::{Grid, analysis, synthesis};

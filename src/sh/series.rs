@@ -232,10 +232,10 @@ mod tests {
     #[test]
     fn gradient_matches_central_differences_at_the_poles_too() {
         let f = random_series(20, 1);
-        let directions = (0..20).map(|i| {
-            uniform_sphere([(f64::from(i) + 0.5) / 20.0, (f64::from(i) * 0.618).fract()])
-        });
-        for w in directions.chain([DVec3::Z, DVec3::NEG_Z, DVec3::new(1e-9, 0.0, 1.0).normalize()]) {
+        let directions = (0..20)
+            .map(|i| uniform_sphere([(f64::from(i) + 0.5) / 20.0, (f64::from(i) * 0.618).fract()]));
+        for w in directions.chain([DVec3::Z, DVec3::NEG_Z, DVec3::new(1e-9, 0.0, 1.0).normalize()])
+        {
             let jet = f.jet(w);
             assert!((jet.value - f.value(w)).abs() <= 1e-14);
             assert!(jet.gradient.dot(w).abs() <= 1e-13);
@@ -255,7 +255,8 @@ mod tests {
         let (theta, phi) = (0.8_f64, 2.1_f64);
         let (mut a, mut b) = (vec![0.0; 14], vec![0.0; 14]);
         f.ring(theta.cos(), theta.sin(), &mut a, &mut b);
-        let sum: f64 = (0..14).map(|m| a[m] * (m as f64 * phi).cos() + b[m] * (m as f64 * phi).sin()).sum();
+        let sum: f64 =
+            (0..14).map(|m| a[m] * (m as f64 * phi).cos() + b[m] * (m as f64 * phi).sin()).sum();
         let w = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
         assert!((sum - f.value(w)).abs() <= 1e-14);
     }
