@@ -1,5 +1,14 @@
 //! Surfaces that rays meet: the trait, the hit, and who implements them.
 
+mod certified;
+mod radial;
+mod sh_surface;
+mod step_bisection;
+
+pub use radial::{Gap, RadialBody};
+pub use sh_surface::{Intersector, ShSurface};
+pub use step_bisection::StepBisection;
+
 use glam::{DVec2, DVec3};
 
 use crate::math::{Aabb, Ray};

@@ -1,0 +1,283 @@
+//! A star-shaped body given by spherical harmonics, as a surface: r = f(omega) about the origin.
+
+use glam::{DVec2, DVec3};
+
+use super::radial::{Gap, RadialBody};
+use super::step_bisection::StepBisection;
+use super::{AreaPoint, Hit, SampleArea, Surface, certified};
+use crate::math::{Aabb, Ray, sampling};
+use crate::sh::{Coefficients, Grid};
+use crate::{Error, Result};
+
+/// Chooses how rays meet an SH surface.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Intersector {
+    /// Certified stepping on the exact series: never misses.
+    #[default]
+    Certified,
+    /// The paper's march with bisection: can miss what is thinner than its step.
+    StepBisection(StepBisection),
+}
+
+/// Answers rays against r = f(omega), f a series of positive radius.
+#[derive(Debug, Clone)]
+pub struct ShSurface {
+    body: RadialBody,
+    intersector: Intersector,
+    area: f64,
+}
+
+impl ShSurface {
+    /// Makes the surface from the coefficients of its radius, metres.
+    ///
+    /// # Errors
+    /// [`Error::Geometry`] when the radius is not certainly positive; [`Error::Parameter`] for a degree too high or an intersector whose step or
+    /// tolerance is not positive.
+    pub fn new(coefficients: &Coefficients, intersector: Intersector) -> Result<Self> {
+        if let Intersector::StepBisection(s) = intersector
+            && !(s.step > 0.0 && s.tolerance > 0.0)
+        {
+            return Err(Error::Parameter(
+                "step and tolerance of the step-bisection intersector must be positive".into(),
+            ));
+        }
+        let body = RadialBody::new(coefficients)?;
+        let area = area(&body)?;
+        Ok(Self { body, intersector, area })
+    }
+
+    /// Gives the body: its series and certified bounds.
+    pub fn body(&self) -> &RadialBody {
+        &self.body
+    }
+
+    /// Gives the point, normal and error bound at a direction from the centre.
+    pub fn at(&self, direction: DVec3) -> Hit {
+        let ray = Ray::new(DVec3::ZERO, direction);
+        let r = self.body.series().value(direction);
+        self.describe(&ray, r, &self.body.gap(&ray, r))
+    }
+
+    fn first_crossing(&self, ray: &Ray) -> Option<(f64, Gap)> {
+        match &self.intersector {
+            Intersector::Certified => certified::first_crossing(&self.body, ray),
+            Intersector::StepBisection(march) => march.first_crossing(&self.body, ray),
+        }
+    }
+
+    fn describe(&self, ray: &Ray, distance: f64, gap: &Gap) -> Hit {
+        let normal = gap.normal.normalize();
+        Hit {
+            distance,
+            point: ray.at(distance),
+            normal,
+            shading_normal: normal,
+            error: gap.value.abs() + self.body.tolerance(),
+            part: 0,
+        }
+    }
+}
+
+impl Surface for ShSurface {
+    fn hit(&self, ray: &Ray) -> Option<Hit> {
+        let (t, gap) = self.first_crossing(ray)?;
+        Some(self.describe(ray, t, &gap))
+    }
+
+    fn bounds(&self) -> Aabb {
+        Aabb::of_ball(DVec3::ZERO, self.body.bounds().max)
+    }
+
+    fn blocked(&self, ray: &Ray) -> bool {
+        match &self.intersector {
+            Intersector::Certified => certified::crosses(&self.body, ray),
+            Intersector::StepBisection(march) => march.first_crossing(&self.body, ray).is_some(),
+        }
+    }
+
+    /// Moves the point along its radius onto the exact series and takes the exact normal there.
+    fn refine(&self, hit: &Hit) -> Hit {
+        let Some(direction) = hit.point.try_normalize() else { return *hit };
+        Hit { distance: hit.distance, part: hit.part, ..self.at(direction) }
+    }
+}
+
+/// Gives dA / d omega = f sqrt(f^2 + |grad_S f|^2).
+fn area_factor(body: &RadialBody, direction: DVec3) -> f64 {
+    let jet = body.series().jet(direction);
+    jet.value * jet.value.hypot(jet.gradient.length())
+}
+
+/// Integrates the area on a Gauss-Legendre grid oversampled twice; its integrand is smooth but not band-limited.
+fn area(body: &RadialBody) -> Result<f64> {
+    let lmax = body.series().coefficients().lmax();
+    let grid = Grid::gauss_legendre(2 * lmax + 8, 4 * lmax + 16);
+    Ok((0..grid.len()).map(|i| grid.solid_angle(i) * area_factor(body, grid.direction(i))).sum())
+}
+
+impl SampleArea for ShSurface {
+    fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Samples the direction uniformly; the density follows the stretch of the surface.
+    fn sample_area(&self, u: DVec2) -> AreaPoint {
+        let direction = sampling::uniform_sphere(u.to_array());
+        let hit = Hit { distance: 0.0, ..self.at(direction) };
+        AreaPoint { hit, density: self.density(&hit) }
+    }
+
+    fn density(&self, hit: &Hit) -> f64 {
+        let Some(direction) = hit.point.try_normalize() else { return 0.0 };
+        1.0 / (4.0 * std::f64::consts::PI * area_factor(&self.body, direction))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+
+    fn sphere(radius: f64) -> Coefficients {
+        let mut c = Coefficients::zeros(0);
+        c.set(0, 0, radius, 0.0);
+        c
+    }
+
+    fn bumpy(lmax: usize, amplitude: f64) -> Coefficients {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(lmax as u64);
+        let mut c = Coefficients::zeros(lmax);
+        c.set(0, 0, 1.0, 0.0);
+        for l in 1..=lmax {
+            for m in 0..=l {
+                let k = amplitude / (l * l) as f64;
+                c.set(l, m, k * (rng.random::<f64>() - 0.5), k * (rng.random::<f64>() - 0.5));
+            }
+        }
+        c
+    }
+
+    fn random_ray(rng: &mut Xoshiro256PlusPlus, radius: f64) -> Ray {
+        let from = radius * sampling::uniform_sphere(rng.random());
+        let to = radius * sampling::uniform_sphere(rng.random());
+        Ray::between(from, to).expect("distinct").up_to(f64::INFINITY)
+    }
+
+    #[test]
+    fn negative_radius_and_bad_march_are_refused() {
+        assert!(matches!(
+            ShSurface::new(&sphere(-1.0), Intersector::Certified),
+            Err(Error::Geometry(_))
+        ));
+        let march = Intersector::StepBisection(StepBisection { step: 0.0, tolerance: 1e-9 });
+        assert!(matches!(ShSurface::new(&sphere(1.0), march), Err(Error::Parameter(_))));
+    }
+
+    #[test]
+    fn sphere_of_degree_zero_is_hit_where_it_stands() {
+        let s = ShSurface::new(&sphere(2.0), Intersector::Certified).expect("valid");
+        assert!((s.area() - 16.0 * std::f64::consts::PI).abs() <= 1e-10);
+        let hit = s.hit(&Ray::new(DVec3::new(-5.0, 1.0, 0.0), DVec3::X)).expect("meets");
+        assert!((hit.distance - (5.0 - 3.0_f64.sqrt())).abs() <= 1e-11);
+        let inside = s.hit(&Ray::new(DVec3::ZERO, DVec3::Y)).expect("leaves");
+        assert!(
+            (inside.distance - 2.0).abs() <= 1e-11 && (inside.normal - DVec3::Y).length() <= 1e-12
+        );
+        assert!(s.hit(&Ray::new(DVec3::new(-5.0, 2.1, 0.0), DVec3::X)).is_none());
+        assert!(s.hit(&Ray::new(DVec3::new(5.0, 0.0, 0.0), DVec3::X)).is_none());
+        let nan = Ray::new(DVec3::splat(f64::NAN), DVec3::X);
+        assert!(s.hit(&nan).is_none() && !s.blocked(&nan));
+    }
+
+    #[test]
+    fn both_intersectors_agree_on_random_rays() {
+        let c = bumpy(12, 0.8);
+        let certified = ShSurface::new(&c, Intersector::Certified).expect("valid");
+        let march = ShSurface::new(
+            &c,
+            Intersector::StepBisection(StepBisection { step: 0.002, tolerance: 1e-12 }),
+        )
+        .expect("valid");
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        for _ in 0..5000 {
+            let ray = random_ray(&mut rng, 1.5 * certified.body().bounds().max);
+            let (a, b) = (certified.hit(&ray), march.hit(&ray));
+            assert_eq!(certified.blocked(&ray), a.is_some());
+            match (a, b) {
+                (Some(a), Some(b)) => {
+                    // The march brackets to 1e-12 radii; where it passed a thin lobe it can only be later.
+                    assert!(a.distance <= b.distance + 1e-9, "{} {}", a.distance, b.distance);
+                    assert!(certified.body().gap_value(a.point).abs() <= a.error);
+                    if b.distance - a.distance > 1e-6 {
+                        assert!(missed_lobe_is_thin(&certified, &ray, a.distance, 0.002));
+                    }
+                }
+                (Some(a), None) => {
+                    assert!(missed_lobe_is_thin(&certified, &ray, a.distance, 0.002))
+                }
+                (None, Some(_)) => panic!("certified stepping missed a root"),
+                (None, None) => {}
+            }
+        }
+    }
+
+    /// Tells whether the ray leaves the body again within two march steps of entering it: what the march is allowed to miss.
+    fn missed_lobe_is_thin(s: &ShSurface, ray: &Ray, t: f64, step: f64) -> bool {
+        let width = 2.0 * step * s.body().bounds().max;
+        s.body().gap_value(ray.at(t + width)) > 0.0
+    }
+
+    #[test]
+    fn departing_rays_do_not_meet_their_own_surface() {
+        let s = ShSurface::new(&bumpy(8, 0.5), Intersector::Certified).expect("valid");
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
+        for _ in 0..2000 {
+            let Some(hit) = s.hit(&random_ray(&mut rng, 2.0)) else { continue };
+            let away = hit.leave(hit.normal);
+            // Straight up from a body of this slope nothing is near: any hit would be the surface itself.
+            assert!(s.hit(&away.up_to(1e-3)).is_none());
+            let down = s.hit(&hit.leave(-hit.normal)).expect("the other side");
+            assert!(down.distance > 1e-3);
+        }
+    }
+
+    #[test]
+    fn refined_points_lie_on_the_series() {
+        let s = ShSurface::new(
+            &bumpy(10, 0.6),
+            Intersector::StepBisection(StepBisection { step: 0.01, tolerance: 1e-4 }),
+        )
+        .expect("valid");
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        for _ in 0..500 {
+            let Some(hit) = s.hit(&random_ray(&mut rng, 2.0)) else { continue };
+            let fine = s.refine(&hit);
+            assert!((fine.point - hit.point).length() <= hit.error);
+            assert!(s.body().gap_value(fine.point).abs() <= fine.error && fine.error <= 1e-11);
+        }
+    }
+
+    #[test]
+    fn sampled_area_has_its_density() {
+        let s = ShSurface::new(&bumpy(6, 0.9), Intersector::Certified).expect("valid");
+        let n = 64;
+        let mid = |i: i32| (f64::from(i) + 0.5) / f64::from(n);
+        let mean: f64 = (0..n * n)
+            .map(|k| 1.0 / s.sample_area(DVec2::new(mid(k / n), mid(k % n))).density)
+            .sum::<f64>()
+            / f64::from(n * n);
+        // E[1/density] is the area; the midpoint rule on 64 x 64 is good to 1e-3 of it here.
+        assert!((mean / s.area() - 1.0).abs() <= 1e-3);
+    }
+
+    #[test]
+    fn far_origins_and_degenerate_rays_are_answered() {
+        let s = ShSurface::new(&bumpy(8, 0.5), Intersector::Certified).expect("valid");
+        let far = s.hit(&Ray::new(DVec3::new(1e6, 0.0, 0.0), DVec3::NEG_X)).expect("radial");
+        assert!((far.point.length() - s.body().series().value(DVec3::X)).abs() <= 1e-9);
+        assert!(s.hit(&Ray::new(DVec3::new(0.0, 0.0, 1e6), DVec3::X)).is_none());
+        assert!(s.hit(&Ray::new(DVec3::X * 5.0, DVec3::NEG_X).up_to(1.0)).is_none());
+    }
+}
