@@ -5,7 +5,9 @@
 //! order m, truncation `lmax`; the Schmidt semi-normalised basis of `docs/conventions.md`.
 
 pub mod error;
+pub mod estimators;
 pub mod math;
+pub mod scene;
 pub mod sh;
 pub mod surface;
 

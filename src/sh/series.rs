@@ -169,7 +169,7 @@ impl Series {
         let mut power = 1.0;
         for block in blocks(self.recurrence.lmax()) {
             let [a, b] = dispatch!(self.level, simd => {
-                self.amplitudes(simd, block, z).map(#[inline(always)] |v| Lanes::from(v))
+                self.amplitudes(simd, block, z).map(Lanes::from)
             });
             let outputs = cosines[block.first..].iter_mut().zip(&mut sines[block.first..]);
             for (lane, (cosine, sine)) in outputs.enumerate().take(LANES) {

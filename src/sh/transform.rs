@@ -150,7 +150,9 @@ pub fn analysis(values: &[f64], grid: &Grid, lmax: usize) -> Result<Coefficients
         })
         .collect();
     let mut total = empty;
-    tasks.iter().for_each(|part| total.merge(part));
+    for part in &tasks {
+        total.merge(part);
+    }
     Ok(total.coefficients())
 }
 

@@ -1,0 +1,221 @@
+//! Drives a survey of sensors: every walk serves every sensor (eq. 5), replicate by replicate, doubled until the stop.
+
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+use rayon::prelude::*;
+
+use crate::Result;
+use crate::math::stats::Estimate;
+use crate::math::{Randomness, Rgb, Stream, hash};
+use crate::scene::{Illuminance, Scene, Sensor};
+
+use super::connect::{Connector, Light, Receiver, Weighting};
+use super::direct;
+use super::path::PathTracer;
+use super::replicates::{Control, Ending, Observer, REPLICATES, Stop, seed};
+use super::walk::{Launcher, Node};
+
+/// Chooses how illuminance is estimated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SensorEstimator {
+    /// The local estimate: one walk serves all sensors (light tracing to points).
+    Local(Weighting),
+    /// Backward path tracing, the reference.
+    Path,
+}
+
+/// Sets a survey.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorSettings {
+    /// How illuminance is estimated.
+    pub estimator: SensorEstimator,
+    /// Where random numbers come from.
+    pub randomness: Randomness,
+    /// The seed: the same seed gives the same bytes on any number of threads.
+    pub seed: u64,
+    /// When to stop; the error is the largest relative 95 % half width over the sensors.
+    pub stop: Stop,
+}
+
+/// Holds a finished survey and how it came about.
+#[derive(Debug, Clone)]
+pub struct Survey {
+    /// One result per sensor.
+    pub results: Vec<Illuminance>,
+    /// Why the run ended.
+    pub ending: Ending,
+    /// Walks in all.
+    pub walks: u64,
+    /// The share of the walks' flux that left an open scene.
+    pub escaped: f64,
+    /// The time it took.
+    pub elapsed: Duration,
+}
+
+const WALKS: u64 = 11;
+const GATHER: u64 = 12;
+
+/// Walks per replicate of the first round, and the most that are held in memory together.
+const FIRST_ROUND: u64 = 4;
+const LARGEST_BLOCK: u64 = 256;
+
+/// What one sensor has received in one replicate.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sum {
+    light: Light,
+    spoilt: u64,
+}
+
+/// Measures illuminance, lx, at all sensors.
+///
+/// # Errors
+/// [`crate::Error::Parameter`] when the scene has no light.
+pub fn illuminance(
+    scene: &Scene,
+    sensors: &[Sensor],
+    settings: &SensorSettings,
+    observer: Observer,
+) -> Result<Survey> {
+    let launcher = Launcher::new(scene)?;
+    let receivers: Vec<Receiver> = sensors.iter().map(Receiver::sensor).collect();
+    let points: Vec<Rgb> = receivers.par_iter().map(|r| direct::point_lights(scene, r)).collect();
+    let survey = Run { scene, launcher: &launcher, settings, receivers: &receivers };
+    let mut sums = vec![[Sum::default(); REPLICATES]; sensors.len()];
+    let mut control = Control::new(settings.stop);
+    let (mut done, mut escaped) = (0, 0.0);
+    let mut target = settings
+        .stop
+        .walks
+        .map_or(FIRST_ROUND, |w| w.div_ceil(REPLICATES as u64).clamp(1, FIRST_ROUND));
+    let ending = loop {
+        let block = (target - done).min(LARGEST_BLOCK);
+        escaped += survey.add_walks(done, block, &mut sums);
+        done += block;
+        let walks = done * REPLICATES as u64;
+        let doubled = done == target;
+        let reached = doubled && control.meets_target(largest_half_width(&points, &sums, done));
+        let broken = control.report(walks, observer) == ControlFlow::Break(());
+        if reached {
+            break Ending::Error;
+        }
+        if broken {
+            break Ending::Interrupted;
+        }
+        if doubled && control.is_open_ended() {
+            break Ending::Walks;
+        }
+        if let Some(ending) = control.is_over(walks) {
+            break ending;
+        }
+        if doubled {
+            let limit = settings.stop.walks.map_or(u64::MAX, |w| w.div_ceil(REPLICATES as u64));
+            target = (2 * target).min(limit);
+        }
+    };
+    let results = points.iter().zip(&sums).map(|(p, s)| result(*p, s, done)).collect();
+    Ok(Survey {
+        results,
+        ending,
+        walks: done * REPLICATES as u64,
+        escaped: escaped / (launcher.power() * (done * REPLICATES as u64) as f64),
+        elapsed: control.elapsed(),
+    })
+}
+
+struct Run<'a> {
+    scene: &'a Scene,
+    launcher: &'a Launcher<'a>,
+    settings: &'a SensorSettings,
+    receivers: &'a [Receiver<'a>],
+}
+
+impl Run<'_> {
+    /// Adds the walks `first..first + count` of every replicate to every sensor; returns the flux that escaped.
+    fn add_walks(&self, first: u64, count: u64, sums: &mut [[Sum; REPLICATES]]) -> f64 {
+        let walks: Vec<Vec<(Vec<Node>, Rgb)>> = match self.settings.estimator {
+            SensorEstimator::Path => Vec::new(),
+            SensorEstimator::Local(_) => (0..REPLICATES)
+                .into_par_iter()
+                .map(|replicate| (first..first + count).map(|i| self.walk(replicate, i)).collect())
+                .collect(),
+        };
+        // One flat list of (sensor, replicate) pairs: few sensors keep all threads busy too.
+        sums.par_iter_mut().enumerate().for_each(|(sensor, replicates)| {
+            replicates.par_iter_mut().enumerate().for_each(|(replicate, sum)| {
+                let own = walks.get(replicate).map_or(&[][..], Vec::as_slice);
+                self.serve(sensor, replicate, first..first + count, own, sum);
+            });
+        });
+        walks.iter().flatten().map(|(_, escaped)| escaped.luminance()).sum()
+    }
+
+    fn walk(&self, replicate: usize, index: u64) -> (Vec<Node<'_>>, Rgb) {
+        let seed = seed(self.settings.seed, replicate, WALKS);
+        let mut nodes = Vec::new();
+        let mut stream = Stream::new(self.settings.randomness, seed, index);
+        let escaped = self.launcher.walk(&mut stream, &mut nodes);
+        (nodes, escaped)
+    }
+
+    /// Adds a block of walks, or of paths when there are none, to one sensor of one replicate.
+    fn serve(
+        &self,
+        sensor: usize,
+        replicate: usize,
+        indices: std::ops::Range<u64>,
+        walks: &[(Vec<Node>, Rgb)],
+        sum: &mut Sum,
+    ) {
+        let receiver = &self.receivers[sensor];
+        let seed = hash([seed(self.settings.seed, replicate, GATHER), sensor as u64]);
+        let stream = |index| Stream::new(self.settings.randomness, seed, index);
+        let mut add = |light: Light| {
+            if light.total().is_finite() {
+                sum.light.direct += light.direct;
+                sum.light.indirect += light.indirect;
+            } else {
+                sum.spoilt += 1;
+            }
+        };
+        match self.settings.estimator {
+            SensorEstimator::Path => {
+                let tracer = PathTracer::new(self.scene);
+                indices.for_each(|i| add(tracer.trace(receiver, &mut stream(i))));
+            }
+            SensorEstimator::Local(weighting) => {
+                let connector = Connector::new(self.scene, self.launcher, weighting);
+                for (i, (walk, _)) in indices.zip(walks) {
+                    add(connector.estimate(receiver, walk, &mut stream(i)));
+                }
+            }
+        }
+    }
+}
+
+/// Turns the sums of one sensor into its result.
+fn result(points: Rgb, sums: &[Sum; REPLICATES], walks: u64) -> Illuminance {
+    let mean = |light: fn(&Light) -> Rgb| {
+        let values = sums.map(|s| {
+            let good = (walks - s.spoilt).max(1) as f64;
+            (points + light(&s.light) / good).luminance()
+        });
+        Estimate::of_replicates(&values)
+    };
+    Illuminance {
+        total: mean(Light::total),
+        direct: mean(|light| light.direct),
+        spoilt: sums.iter().map(|s| s.spoilt).sum(),
+    }
+}
+
+/// Gives the largest relative 95 % half width; sensors without any light count as exact.
+fn largest_half_width(points: &[Rgb], sums: &[[Sum; REPLICATES]], walks: u64) -> Option<f64> {
+    points
+        .iter()
+        .zip(sums)
+        .map(|(p, s)| result(*p, s, walks).total)
+        .filter(|e| e.mean > 0.0)
+        .map(|e| e.relative_half_width())
+        .fold(None, |worst: Option<f64>, e| Some(worst.map_or(e, |w| w.max(e))))
+}

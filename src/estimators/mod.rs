@@ -1,0 +1,15 @@
+//! How light is estimated: walks from the lights, the local and the double local estimate, path tracing as the reference.
+
+mod connect;
+mod direct;
+mod image;
+mod local;
+mod path;
+mod replicates;
+mod walk;
+
+pub use connect::{Light, Receiver, Weighting};
+pub use image::{Estimator, ImageSettings, Rendering, render};
+pub use local::{SensorEstimator, SensorSettings, Survey, illuminance};
+pub use replicates::{Ending, Observer, Progress, REPLICATES, Stop};
+pub use walk::{Launcher, Node};

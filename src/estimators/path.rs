@@ -1,0 +1,107 @@
+//! Backward path tracing: the reference that shares nothing with the walks.
+//!
+//! From the receiver onwards by BRDF samples; point lights are connected at every vertex, emitting surfaces are met by chance and sampled by area,
+//! both weighed by the balance heuristic (Veach and Guibas 1995); Russian roulette ends a path.
+
+use glam::DVec2;
+
+use crate::math::{Rgb, Stream, sampling};
+use crate::scene::{BrdfSample, Scene, Vertex};
+
+use super::connect::{Light, Receiver};
+use super::direct;
+
+/// Traces paths in a scene.
+pub(super) struct PathTracer<'a> {
+    scene: &'a Scene,
+    /// Ascending sums of the emitters' powers.
+    powers: Vec<f64>,
+}
+
+impl<'a> PathTracer<'a> {
+    /// Prepares for a scene.
+    pub(super) fn new(scene: &'a Scene) -> Self {
+        let sum = |total: &mut f64, power: f64| {
+            *total += power;
+            Some(*total)
+        };
+        Self { scene, powers: scene.emitters().iter().map(|e| e.power).scan(0.0, sum).collect() }
+    }
+
+    /// Traces one path from a receiver; the point lights that the receiver sees itself are not counted.
+    pub(super) fn trace(&self, receiver: &Receiver, stream: &mut Stream) -> Light {
+        let mut light =
+            Light { direct: self.sampled_emitter(receiver, stream), indirect: Rgb::BLACK };
+        let mut here = *receiver;
+        let mut throughput = Rgb::WHITE;
+        let mut reflected = false;
+        loop {
+            let [u, v, roulette, _] = stream.next_4d();
+            let Some(sample) = here.sample([u, v]) else { return light };
+            let Some(vertex) = self.scene.vertex(&here.hit.leave(sample.direction)) else {
+                return light;
+            };
+            throughput *= sample.weight;
+            let met = throughput * self.met_emitter(&here, &vertex, &sample);
+            *(if reflected { &mut light.indirect } else { &mut light.direct }) += met;
+            reflected = true;
+            let survival = vertex.brdf().albedo().luminance().min(1.0);
+            if roulette >= survival {
+                return light;
+            }
+            throughput = throughput / survival;
+            here = Receiver::reflecting(&vertex);
+            light.indirect += throughput * direct::point_lights(self.scene, &here);
+            light.indirect += throughput * self.sampled_emitter(&here, stream);
+        }
+    }
+
+    /// Gives the luminance of an emitter met by a BRDF sample, weighed against area sampling.
+    fn met_emitter(&self, from: &Receiver, vertex: &Vertex, sample: &BrdfSample) -> Rgb {
+        let emitted = vertex.emitted();
+        if emitted.is_black() {
+            return emitted;
+        }
+        let by_area = self.density(vertex, (vertex.hit.point - from.hit.point).length_squared());
+        emitted * (sample.density / (sample.density + by_area))
+    }
+
+    /// Samples one point on the emitting surfaces, weighed against BRDF sampling.
+    fn sampled_emitter(&self, receiver: &Receiver, stream: &mut Stream) -> Rgb {
+        if self.powers.is_empty() {
+            return Rgb::BLACK;
+        }
+        let [pick, u, v, _] = stream.next_4d();
+        let emitter = &self.scene.emitters()[sampling::discrete(&self.powers, pick).0];
+        let Some(surface) = &self.scene.objects()[emitter.object].area else { return Rgb::BLACK };
+        let point = surface.sample_area(DVec2::new(u, v));
+        let to_point = point.hit.point - receiver.hit.point;
+        let distance2 = to_point.length_squared();
+        let direction = to_point / distance2.sqrt();
+        let vertex = self.scene.vertex_at(emitter.object, point.hit, -direction);
+        let (emitted, response) = (vertex.emitted(), receiver.response(direction));
+        let density = self.density(&vertex, distance2);
+        if emitted.is_black()
+            || response.is_black()
+            || !density.is_finite()
+            || !self.scene.sees(&receiver.hit, &vertex.hit, direction)
+        {
+            return Rgb::BLACK;
+        }
+        emitted * response / (density + receiver.density(direction))
+    }
+
+    /// Gives the density per steradian, seen from distance sqrt(distance2), with which area sampling picks the point of a vertex.
+    fn density(&self, vertex: &Vertex, distance2: f64) -> f64 {
+        let emitter = self.scene.emitters().iter().find(|e| e.object == vertex.object);
+        let surface = self.scene.objects()[vertex.object].area.as_ref();
+        let total = self.powers.last().copied().unwrap_or(0.0);
+        match (emitter, surface) {
+            (Some(e), Some(s)) => {
+                e.power / total * s.density(&vertex.hit) * distance2
+                    / vertex.hit.normal.dot(vertex.outgoing).abs()
+            }
+            _ => 0.0,
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! How long an estimate runs, and how its error is known: R independent replicates, doubled until a target, a time or a number is met.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use crate::math::hash;
+
+/// The number of independent replicates behind every estimate.
+pub const REPLICATES: usize = 32;
+
+/// Says when to stop; the first condition that is met ends the run. With none, the run takes its smallest size.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stop {
+    /// Stops when the median (images) or the largest (sensors) relative standard error (images) or 95 % half width (sensors) is at most this.
+    pub relative_error: Option<f64>,
+    /// Stops after this time.
+    pub time: Option<Duration>,
+    /// Stops after this many walks in all (sensors) or per pixel (images).
+    pub walks: Option<u64>,
+}
+
+/// Says why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// The number of walks was reached.
+    Walks,
+    /// The target error was reached.
+    Error,
+    /// The time was up.
+    Time,
+    /// The observer asked to stop.
+    Interrupted,
+}
+
+/// Tells an observer how far a run is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// The finished share of the run, 0 to 1, as well as it can be foreseen.
+    pub share: f64,
+    /// Walks so far (in all for sensors, per pixel for images).
+    pub walks: u64,
+    /// The error that `Stop::relative_error` is compared with, when known.
+    pub error: Option<f64>,
+    /// Time since the start.
+    pub elapsed: Duration,
+}
+
+/// Watches a run; breaking ends it with what it has.
+pub type Observer<'a> = &'a dyn Fn(&Progress) -> ControlFlow<()>;
+
+/// Gives the seed of one use of random numbers: (seed of the run, replicate, what for).
+pub(super) fn seed(run: u64, replicate: usize, purpose: u64) -> u64 {
+    hash([run, replicate as u64, purpose])
+}
+
+/// Keeps the time and the targets of a run.
+pub(super) struct Control {
+    stop: Stop,
+    started: Instant,
+    error: Option<f64>,
+}
+
+impl Control {
+    /// Starts the clock.
+    pub(super) fn new(stop: Stop) -> Self {
+        Self { stop, started: Instant::now(), error: None }
+    }
+
+    /// Gives the time since the start.
+    pub(super) fn elapsed(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// Notes the error after a doubling; tells whether it meets the target.
+    pub(super) fn meets_target(&mut self, error: Option<f64>) -> bool {
+        self.error = error;
+        matches!((self.stop.relative_error, error), (Some(target), Some(e)) if e <= target)
+    }
+
+    /// Tells whether the time or the walks are used up; without any condition one round is enough.
+    pub(super) fn is_over(&self, walks: u64) -> Option<Ending> {
+        if self.stop.walks.is_some_and(|limit| walks >= limit) {
+            return Some(Ending::Walks);
+        }
+        if self.stop.time.is_some_and(|limit| self.elapsed() >= limit) {
+            return Some(Ending::Time);
+        }
+        None
+    }
+
+    /// Tells whether any condition was given.
+    pub(super) fn is_open_ended(&self) -> bool {
+        self.stop == Stop::default()
+    }
+
+    /// Reports to the observer.
+    pub(super) fn report(&self, walks: u64, observer: Observer) -> ControlFlow<()> {
+        observer(&Progress {
+            share: self.share(walks),
+            walks,
+            error: self.error,
+            elapsed: self.elapsed(),
+        })
+    }
+
+    /// Foresees the finished share: of the walks, of the time, or of the walks that the target will take (the error falls as 1/sqrt).
+    fn share(&self, walks: u64) -> f64 {
+        let by_walks = self.stop.walks.map(|limit| walks as f64 / limit as f64);
+        let by_time =
+            self.stop.time.map(|t| self.elapsed().as_secs_f64() / t.as_secs_f64().max(1e-9));
+        let by_error = match (self.stop.relative_error, self.error) {
+            (Some(target), Some(error)) if error > 0.0 => Some((target / error).powi(2)),
+            _ => None,
+        };
+        [by_walks, by_time, by_error].into_iter().flatten().fold(0.0, f64::max).min(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_ends_on_walks_time_or_error() {
+        let mut control =
+            Control::new(Stop { walks: Some(10), relative_error: Some(0.1), time: None });
+        assert_eq!(control.is_over(9), None);
+        assert_eq!(control.is_over(10), Some(Ending::Walks));
+        assert!(!control.meets_target(None) && !control.meets_target(Some(0.2)));
+        assert!(control.meets_target(Some(0.1)) && !control.meets_target(Some(f64::NAN)));
+        let timed = Control::new(Stop { time: Some(Duration::ZERO), ..Stop::default() });
+        assert_eq!(timed.is_over(0), Some(Ending::Time));
+        assert!(Control::new(Stop::default()).is_open_ended());
+    }
+}

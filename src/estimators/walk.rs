@@ -1,0 +1,126 @@
+//! Random walks of light: from a point light or an emitting surface, from hit to hit, until absorbed by Russian roulette.
+//!
+//! Q_n is the flux that arrives at hit y_n (Q_1 = Phi for one walk; averages over walks divide by their number). Whatever stands at y_n uses Q_n f
+//! G V; only then Q_(n+1) = Q_n f cos / pdf.
+
+use glam::DVec2;
+
+use crate::math::{Ray, Rgb, Stream, sampling};
+use crate::scene::{Emitter, PointLight, Scene, Vertex};
+use crate::{Error, Result};
+
+/// Holds a point of a walk that can be connected to receivers.
+#[derive(Debug, Clone, Copy)]
+pub struct Node<'a> {
+    /// Where.
+    pub vertex: Vertex<'a>,
+    /// The flux that leaves an emitting surface here, or arrives at a hit, lm.
+    pub flux: Rgb,
+    /// For the start on an emitting surface: the density, 1/m2, with which walks start here. `None` at a hit.
+    pub start_density: Option<f64>,
+}
+
+/// Starts walks on all lights of a scene, each in proportion to its power.
+pub struct Launcher<'a> {
+    scene: &'a Scene,
+    sources: Vec<Source<'a>>,
+    /// Ascending sums of the sources' powers, lm.
+    cumulative: Vec<f64>,
+}
+
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Point(&'a PointLight),
+    Surface(&'a Emitter),
+}
+
+impl<'a> Launcher<'a> {
+    /// Collects the lights of a scene.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when no light of the scene has any power.
+    pub fn new(scene: &'a Scene) -> Result<Self> {
+        let points = scene.lights().iter().map(|l| (Source::Point(l), l.flux().luminance()));
+        let surfaces = scene.emitters().iter().map(|e| (Source::Surface(e), e.power));
+        let mut total = 0.0;
+        let (mut sources, mut cumulative) = (Vec::new(), Vec::new());
+        for (source, power) in points.chain(surfaces).filter(|(_, power)| *power > 0.0) {
+            total += power;
+            sources.push(source);
+            cumulative.push(total);
+        }
+        if sources.is_empty() {
+            return Err(Error::Parameter(
+                "the scene has no light; add a [lights.NAME.point] or give a material an exitance"
+                    .into(),
+            ));
+        }
+        Ok(Self { scene, sources, cumulative })
+    }
+
+    /// Gives the power, lm, that all sources are counted with when one is picked.
+    pub fn power(&self) -> f64 {
+        self.cumulative.last().copied().unwrap_or(0.0)
+    }
+
+    /// Gives the density, 1/m2, with which walks start at a point of an emitting object.
+    pub fn start_density(&self, vertex: &Vertex) -> f64 {
+        let emitter = self.scene.emitters().iter().find(|e| e.object == vertex.object);
+        let surface = self.scene.objects()[vertex.object].area.as_ref();
+        match (emitter, surface) {
+            (Some(e), Some(s)) => e.power / self.power() * s.density(&vertex.hit),
+            _ => 0.0,
+        }
+    }
+
+    /// Follows one walk, adds its nodes to `nodes` and returns the flux that escaped from the scene.
+    pub fn walk(&self, stream: &mut Stream, nodes: &mut Vec<Node<'a>>) -> Rgb {
+        let [pick, position @ ..] = stream.next_4d();
+        let (index, rest) = sampling::discrete(&self.cumulative, pick);
+        let (mut ray, mut flux) = match self.sources[index] {
+            Source::Point(light) => self.leave_point(light, [position[0], position[1]]),
+            Source::Surface(emitter) => {
+                let Some(start) = self.start_on(emitter, DVec2::new(rest, position[0])) else {
+                    return Rgb::BLACK;
+                };
+                nodes.push(start);
+                let direction = crate::math::Frame::about(start.vertex.hit.normal)
+                    .to_world(sampling::cosine_hemisphere([position[1], position[2]]));
+                (start.vertex.hit.leave(direction), start.flux)
+            }
+        };
+        loop {
+            let Some(vertex) = self.scene.vertex(&ray) else { return flux };
+            nodes.push(Node { vertex, flux, start_density: None });
+            let [u, v, roulette, _] = stream.next_4d();
+            let Some(sample) = vertex.brdf().sample(vertex.normal, vertex.outgoing, [u, v]) else {
+                return Rgb::BLACK;
+            };
+            let survival = sample.weight.luminance().min(1.0);
+            if roulette >= survival {
+                return Rgb::BLACK;
+            }
+            flux *= sample.weight / survival;
+            ray = vertex.hit.leave(sample.direction);
+        }
+    }
+
+    fn leave_point(&self, light: &PointLight, u: [f64; 2]) -> (Ray, Rgb) {
+        let flux = light.flux();
+        let share = flux.luminance() / self.power();
+        (Ray::new(light.at, sampling::uniform_sphere(u)), flux / share)
+    }
+
+    fn start_on(&self, emitter: &Emitter, u: DVec2) -> Option<Node<'a>> {
+        let object = &self.scene.objects()[emitter.object];
+        let point = object.area.as_ref()?.sample_area(u);
+        let vertex = self.scene.vertex_at(emitter.object, point.hit, point.hit.normal);
+        let density = emitter.power / self.power() * point.density;
+        let exitance = vertex.material.exitance;
+        (density > 0.0 && !exitance.is_black()).then(|| Node {
+            vertex,
+            flux: exitance / density,
+            start_density: Some(density),
+        })
+    }
+}

@@ -1,0 +1,41 @@
+//! Points that measure illuminance, and what they measured.
+
+use glam::DVec3;
+
+use crate::math::stats::Estimate;
+use crate::surface::Hit;
+
+/// Measures illuminance at a point on the side its normal points to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensor {
+    /// The position, metres.
+    pub at: DVec3,
+    /// The unit normal of the measuring plane.
+    pub normal: DVec3,
+}
+
+impl Sensor {
+    /// Describes the sensor as a hit, so that its rays leave by the same policy as everywhere: its position is exact to a few roundings,
+    /// which is what keeps a sensor that lies on a wall from being shadowed by that wall.
+    pub fn as_hit(&self) -> Hit {
+        Hit {
+            distance: 0.0,
+            point: self.at,
+            normal: self.normal,
+            shading_normal: self.normal,
+            error: 4.0 * f64::EPSILON * self.at.abs().max_element().max(1e-3),
+            part: 0,
+        }
+    }
+}
+
+/// Holds the illuminance at a sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Illuminance {
+    /// All of it, lx.
+    pub total: Estimate,
+    /// The part that comes straight from lights and emitting surfaces, lx.
+    pub direct: Estimate,
+    /// Samples that were not finite; counted, never averaged in.
+    pub spoilt: u64,
+}

@@ -1,0 +1,135 @@
+//! How a surface reflects and emits: evaluation, sampling and density always as a set.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::math::{Frame, Rgb, sampling};
+use crate::{Error, Result};
+
+/// Pairs a reflection with a Lambertian emission.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// The bidirectional reflectance distribution function, the same on both sides.
+    pub brdf: Brdf,
+    /// The exitance of the surface by itself, lm/m2, leaving on the side of the normal; its luminance is exitance / pi.
+    pub exitance: Rgb,
+}
+
+/// A bidirectional reflectance distribution function, 1/sr. Directions point away from the surface; the normal is on the side of
+/// `outgoing`, so nothing passes through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Brdf {
+    /// Diffuse reflection: f = reflectance / pi.
+    Lambert {
+        /// The reflected share of the incident flux, 0 <= reflectance < 1 per component.
+        reflectance: Rgb,
+    },
+}
+
+/// Holds a sampled direction of reflection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BrdfSample {
+    /// Where the path goes on (unit, away from the surface).
+    pub direction: DVec3,
+    /// f cos / density.
+    pub weight: Rgb,
+    /// The density per steradian.
+    pub density: f64,
+}
+
+impl Material {
+    /// Makes a Lambertian material that does not emit.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when a component of the reflectance is outside [0, 1).
+    pub fn lambert(reflectance: Rgb) -> Result<Self> {
+        if reflectance.0.iter().all(|r| (0.0..1.0).contains(r)) {
+            return Ok(Self { brdf: Brdf::Lambert { reflectance }, exitance: Rgb::BLACK });
+        }
+        Err(Error::Parameter(format!(
+            "a reflectance must be at least 0 and below 1, found {:?}; with 1 light would never be absorbed",
+            reflectance.0
+        )))
+    }
+
+    /// Adds an exitance, lm/m2.
+    pub fn emitting(mut self, exitance: Rgb) -> Self {
+        self.exitance = exitance;
+        self
+    }
+}
+
+impl Brdf {
+    /// Evaluates f for light that comes from `incident` and leaves to `outgoing`; black when they are on different sides.
+    pub fn eval(&self, normal: DVec3, incident: DVec3, outgoing: DVec3) -> Rgb {
+        if incident.dot(normal) <= 0.0 || outgoing.dot(normal) <= 0.0 {
+            return Rgb::BLACK;
+        }
+        match self {
+            Self::Lambert { reflectance } => *reflectance / PI,
+        }
+    }
+
+    /// Samples where light that leaves to `outgoing` came from (or goes on to: f is reciprocal).
+    pub fn sample(&self, normal: DVec3, outgoing: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
+        let local = sampling::cosine_hemisphere(u);
+        let direction = Frame::about(normal).to_world(local);
+        if local.z <= 0.0 || outgoing.dot(normal) <= 0.0 {
+            return None;
+        }
+        match self {
+            Self::Lambert { reflectance } => Some(BrdfSample {
+                direction,
+                weight: *reflectance,
+                density: sampling::cosine_pdf(local.z),
+            }),
+        }
+    }
+
+    /// Gives the density per steradian with which [`Brdf::sample`] picks `incident`.
+    pub fn density(&self, normal: DVec3, incident: DVec3) -> f64 {
+        match self {
+            Self::Lambert { .. } => sampling::cosine_pdf(incident.dot(normal)),
+        }
+    }
+
+    /// Gives the reflected share of the flux.
+    pub fn albedo(&self) -> Rgb {
+        match self {
+            Self::Lambert { reflectance } => *reflectance,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn perfect_reflectors_and_nan_are_refused() {
+        for r in [1.0, 1.5, -0.1, f64::NAN] {
+            assert!(Material::lambert(Rgb::grey(r)).is_err());
+        }
+    }
+
+    #[test]
+    fn sample_weight_is_f_cos_over_density() {
+        let brdf = Material::lambert(Rgb([0.2, 0.4, 0.6])).expect("valid").brdf;
+        let (n, wo) = (DVec3::new(0.6, 0.0, 0.8), DVec3::Z);
+        for i in 0..50 {
+            let u = [(f64::from(i) + 0.5) / 50.0, (f64::from(i) * 0.618 + 0.1).fract()];
+            let s = brdf.sample(n, wo, u).expect("above the surface");
+            let expected = brdf.eval(n, s.direction, wo) * (s.direction.dot(n) / s.density);
+            assert!((s.weight.luminance() - expected.luminance()).abs() <= 1e-12);
+            assert!((s.density - brdf.density(n, s.direction)).abs() <= 1e-12);
+        }
+    }
+
+    #[test]
+    fn nothing_passes_through() {
+        let brdf = Material::lambert(Rgb::grey(0.5)).expect("valid").brdf;
+        assert!(brdf.eval(DVec3::Z, DVec3::NEG_Z, DVec3::Z).is_black());
+        assert!(brdf.sample(DVec3::Z, DVec3::NEG_Z, [0.3, 0.3]).is_none());
+    }
+}

@@ -1,0 +1,17 @@
+//! What is lit and looked at: objects, materials, lights, cameras, sensors, the film.
+
+mod camera;
+mod film;
+mod illuminance;
+mod light;
+mod material;
+mod object;
+mod world;
+
+pub use camera::Perspective;
+pub use film::{Film, Pixel};
+pub use illuminance::{Illuminance, Sensor};
+pub use light::PointLight;
+pub use material::{Brdf, BrdfSample, Material};
+pub use object::{Emitter, Object};
+pub use world::{Scene, Vertex};

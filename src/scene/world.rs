@@ -1,0 +1,160 @@
+//! The scene as rays see it: the nearest object, what blocks a segment, and what stands at a hit.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::math::{Aabb, Ray, Rgb};
+use crate::surface::Hit;
+use crate::{Error, Result};
+
+use super::{Brdf, Emitter, Material, Object, PointLight};
+
+/// Holds everything that light can meet or come from.
+#[derive(Clone)]
+pub struct Scene {
+    objects: Vec<Object>,
+    lights: Vec<PointLight>,
+    emitters: Vec<Emitter>,
+    area: f64,
+}
+
+/// Describes a point of the scene where a path turns: the refined hit, whose it is, and the side it is seen from.
+#[derive(Debug, Clone, Copy)]
+pub struct Vertex<'a> {
+    /// The refined hit.
+    pub hit: Hit,
+    /// The index of the object.
+    pub object: usize,
+    /// The material there.
+    pub material: &'a Material,
+    /// The unit direction back to where the ray came from.
+    pub outgoing: DVec3,
+    /// The shading normal, turned to the side of `outgoing`.
+    pub normal: DVec3,
+}
+
+impl Vertex<'_> {
+    /// Gives the luminance, cd/m2, that the surface itself emits towards `outgoing`.
+    pub fn emitted(&self) -> Rgb {
+        if self.hit.normal.dot(self.outgoing) > 0.0 {
+            self.material.exitance / PI
+        } else {
+            Rgb::BLACK
+        }
+    }
+
+    /// Gives the reflection there.
+    pub fn brdf(&self) -> &Brdf {
+        &self.material.brdf
+    }
+}
+
+impl Scene {
+    /// Puts a scene together.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when an object has no material or one that emits cannot be sampled by area (an infinite plane).
+    pub fn new(objects: Vec<Object>, lights: Vec<PointLight>) -> Result<Self> {
+        let mut emitters = Vec::new();
+        for (index, object) in objects.iter().enumerate() {
+            if object.materials.is_empty() {
+                return Err(Error::Parameter(format!("object `{}` has no material", object.name)));
+            }
+            if object.emits() {
+                emitters.push(emitter(index, object)?);
+            }
+        }
+        let area = objects.iter().filter_map(|o| o.area.as_ref()).map(|a| a.area()).sum();
+        Ok(Self { objects, lights, emitters, area })
+    }
+
+    /// Gives the objects in the order of the scene file.
+    pub fn objects(&self) -> &[Object] {
+        &self.objects
+    }
+
+    /// Gives the point lights.
+    pub fn lights(&self) -> &[PointLight] {
+        &self.lights
+    }
+
+    /// Gives the objects that emit.
+    pub fn emitters(&self) -> &[Emitter] {
+        &self.emitters
+    }
+
+    /// Gives the total area of the bounded surfaces, m2.
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Bounds the bounded objects.
+    pub fn bounds(&self) -> Aabb {
+        let finite = self.objects.iter().map(|o| o.surface.bounds()).filter(Aabb::is_finite);
+        finite.fold(Aabb::EMPTY, Aabb::union)
+    }
+
+    /// Finds the first object along a ray, unrefined.
+    pub fn hit(&self, ray: &Ray) -> Option<(usize, Hit)> {
+        let mut best: Option<(usize, Hit)> = None;
+        let mut ray = *ray;
+        for (index, object) in self.objects.iter().enumerate() {
+            if let Some(hit) = object.surface.hit(&ray) {
+                ray.t_max = hit.distance;
+                best = Some((index, hit));
+            }
+        }
+        best
+    }
+
+    /// Finds the first vertex along a ray, refined and ready to be shaded.
+    pub fn vertex(&self, ray: &Ray) -> Option<Vertex<'_>> {
+        let (object, hit) = self.hit(ray)?;
+        let hit = self.objects[object].surface.refine(&hit);
+        Some(self.vertex_at(object, hit, -ray.direction))
+    }
+
+    /// Describes a refined hit of an object seen from the direction `outgoing`.
+    pub fn vertex_at(&self, object: usize, hit: Hit, outgoing: DVec3) -> Vertex<'_> {
+        let side = 1.0_f64.copysign(hit.normal.dot(outgoing));
+        Vertex {
+            hit,
+            object,
+            material: self.objects[object].material(&hit),
+            outgoing,
+            normal: side * hit.shading_normal,
+        }
+    }
+
+    /// Tells whether anything stands on the ray.
+    pub fn blocked(&self, ray: &Ray) -> bool {
+        self.objects.iter().any(|o| o.surface.blocked(ray))
+    }
+
+    /// Tells whether two surface points see each other; both ends leave their surfaces by the one self-intersection policy.
+    pub fn sees(&self, a: &Hit, b: &Hit, direction: DVec3) -> bool {
+        Ray::between(a.departure(direction), b.departure(-direction))
+            .is_some_and(|r| !self.blocked(&r))
+    }
+
+    /// Tells whether a surface point sees a point in free space.
+    pub fn sees_point(&self, a: &Hit, point: DVec3, direction: DVec3) -> bool {
+        Ray::between(a.departure(direction), point).is_some_and(|r| !self.blocked(&r))
+    }
+}
+
+fn emitter(index: usize, object: &Object) -> Result<Emitter> {
+    let Some(area) = &object.area else {
+        return Err(Error::Parameter(format!(
+            "object `{}` emits but is infinite; give the light to a bounded surface",
+            object.name
+        )));
+    };
+    let exitance = object
+        .materials
+        .iter()
+        .map(|m| m.exitance)
+        .fold(Rgb::BLACK, |a, b| if b.luminance() > a.luminance() { b } else { a });
+    Ok(Emitter { object: index, power: exitance.luminance() * area.area(), exitance })
+}
