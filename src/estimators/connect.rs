@@ -144,7 +144,7 @@ impl<'a> Receiver<'a> {
 }
 
 /// Connects walks to receivers in a scene under a weighting.
-pub struct Connector<'a> {
+pub(super) struct Connector<'a> {
     scene: &'a Scene,
     launcher: &'a Launcher<'a>,
     weighting: Weighting,

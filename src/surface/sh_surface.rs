@@ -42,7 +42,7 @@ impl ShSurface {
             ));
         }
         let body = RadialBody::new(coefficients)?;
-        let area = area(&body)?;
+        let area = area(&body);
         Ok(Self { body, intersector, area })
     }
 
@@ -109,10 +109,10 @@ fn area_factor(body: &RadialBody, direction: DVec3) -> f64 {
 }
 
 /// Integrates the area on a Gauss-Legendre grid oversampled twice; its integrand is smooth but not band-limited.
-fn area(body: &RadialBody) -> Result<f64> {
+fn area(body: &RadialBody) -> f64 {
     let lmax = body.series().coefficients().lmax();
     let grid = Grid::gauss_legendre(2 * lmax + 8, 4 * lmax + 16);
-    Ok((0..grid.len()).map(|i| grid.solid_angle(i) * area_factor(body, grid.direction(i))).sum())
+    (0..grid.len()).map(|i| grid.solid_angle(i) * area_factor(body, grid.direction(i))).sum()
 }
 
 impl SampleArea for ShSurface {
@@ -215,7 +215,7 @@ mod tests {
                     }
                 }
                 (Some(a), None) => {
-                    assert!(missed_lobe_is_thin(&certified, &ray, a.distance, 0.002))
+                    assert!(missed_lobe_is_thin(&certified, &ray, a.distance, 0.002));
                 }
                 (None, Some(_)) => panic!("certified stepping missed a root"),
                 (None, None) => {}

@@ -54,9 +54,9 @@ impl StepBisection {
                 break;
             }
             if (body.gap_value(ray.at(middle)) < 0.0) == inside {
-                low = middle
+                low = middle;
             } else {
-                high = middle
+                high = middle;
             }
         }
         (low, body.gap(ray, low))
