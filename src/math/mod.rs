@@ -3,6 +3,7 @@
 mod aabb;
 mod colour;
 mod frame;
+mod placement;
 pub mod quadrature;
 mod ray;
 pub mod sampling;
@@ -12,5 +13,6 @@ mod streams;
 pub use aabb::Aabb;
 pub use colour::Rgb;
 pub use frame::Frame;
+pub use placement::Placement;
 pub use ray::Ray;
 pub use streams::{Randomness, Stream, hash};

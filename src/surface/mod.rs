@@ -13,6 +13,11 @@ use glam::{DVec2, DVec3};
 
 use crate::math::{Aabb, Ray};
 
+mod instance;
+pub mod primitives;
+
+pub use instance::Instance;
+
 /// Answers rays. One method is required beside the bounds; a surface overrides the others where it knows a faster way.
 ///
 /// Surfaces are opaque and two-sided; the normal of a hit points to the outer side whichever side the ray came from.
