@@ -103,7 +103,8 @@ fn every_folder_of_src_is_a_room() {
 
 #[test]
 fn the_reader_of_arrows_sees_them() {
-    let text = "use crate::{Error, io::meshes::{a, b}, sh};\nuse crate::math::Ray;\n// crate::study\n";
+    let text =
+        "use crate::{Error, io::meshes::{a, b}, sh};\nuse crate::math::Ray;\n// crate::study\n";
     let names = named(&code(text));
     let expected = ["Error", "io", "math", "sh"].map(String::from);
     assert_eq!(names, BTreeSet::from(expected));

@@ -1,10 +1,13 @@
 //! Surfaces that rays meet: the trait, the hit, and who implements them.
 
 mod certified;
+mod instance;
+pub mod primitives;
 mod radial;
 mod sh_surface;
 mod step_bisection;
 
+pub use instance::Instance;
 pub use radial::{Gap, RadialBody};
 pub use sh_surface::{Intersector, ShSurface};
 pub use step_bisection::StepBisection;
@@ -12,11 +15,6 @@ pub use step_bisection::StepBisection;
 use glam::{DVec2, DVec3};
 
 use crate::math::{Aabb, Ray};
-
-mod instance;
-pub mod primitives;
-
-pub use instance::Instance;
 
 /// Answers rays. One method is required beside the bounds; a surface overrides the others where it knows a faster way.
 ///

@@ -1,0 +1,73 @@
+//! Scenes and settings that several test files share.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+use glam::{DQuat, DVec3};
+use harmolux::estimators::{
+    Estimator, ImageSettings, Progress, SensorEstimator, SensorSettings, Stop,
+};
+use harmolux::math::{Placement, Randomness, Rgb};
+use harmolux::scene::{Material, Object, Perspective};
+use harmolux::sh::Coefficients;
+use harmolux::surface::primitives::AxisBox;
+use harmolux::surface::{Instance, Intersector, SampleArea, ShSurface};
+use std::sync::Arc;
+
+/// Lets a run go on.
+pub fn go_on(_: &Progress) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// A Lambertian material.
+pub fn grey(reflectance: f64) -> Material {
+    Material::lambert(Rgb::grey(reflectance)).expect("a valid reflectance")
+}
+
+/// A Lambertian material whose emission makes any closed scene of such materials a furnace of luminance `l0`: exitance pi L0 (1 - rho).
+pub fn furnace(reflectance: f64, l0: f64) -> Material {
+    grey(reflectance).emitting(Rgb::grey(PI * l0 * (1.0 - reflectance)))
+}
+
+/// A closed room with one material for each of its six faces.
+pub fn room(size: DVec3, materials: [Material; 6]) -> Object {
+    let walls = AxisBox::new(DVec3::ZERO, size).expect("a valid box").turned_inward(true);
+    Object { materials: materials.to_vec(), ..Object::new("room", walls, materials[0]) }
+}
+
+/// A bumpy body of degree 12 and mean radius 1.
+pub fn bumpy() -> ShSurface {
+    let mut c = Coefficients::zeros(12);
+    c.set(0, 0, 1.0, 0.0);
+    for l in 1..=12 {
+        for m in 0..=l {
+            let k = 0.25 / (l * l) as f64;
+            c.set(l, m, k * ((3 * l + m) as f64).sin(), k * ((l + 5 * m) as f64).cos());
+        }
+    }
+    ShSurface::new(&c, Intersector::Certified).expect("a positive radius")
+}
+
+/// Places a surface at `at`, scaled.
+pub fn placed<S: SampleArea + 'static>(surface: S, at: DVec3, scale: f64) -> Instance<S> {
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+    Instance::new(Arc::new(surface), Placement::new(turn, scale, at).expect("a valid placement"))
+}
+
+/// A small camera.
+pub fn camera(from: DVec3, to: DVec3, resolution: [u32; 2]) -> Perspective {
+    Perspective::new(from, to, 60.0_f64.to_radians(), resolution).expect("a valid camera")
+}
+
+/// Image settings with `walks` per pixel and a fixed seed.
+pub fn image(estimator: Estimator, walks: u64) -> ImageSettings {
+    let stop = Stop { walks: Some(walks), ..Stop::default() };
+    ImageSettings { estimator, randomness: Randomness::Sobol, seed: 2012, stop }
+}
+
+/// Sensor settings with `walks` in all and a fixed seed.
+pub fn sensors(estimator: SensorEstimator, walks: u64) -> SensorSettings {
+    let stop = Stop { walks: Some(walks), ..Stop::default() };
+    SensorSettings { estimator, randomness: Randomness::Sobol, seed: 2012, stop }
+}
