@@ -21,7 +21,7 @@ use crate::{Error, Result};
 /// use harmolux::exact::Cube;
 ///
 /// let light = Cube { edge: 4.0, flux: 10_000.0, reflectance: 0.5 }.solve()?;
-/// assert!((light.illuminance(0.0, 0.0)? - 310.981).abs() <= 1e-3);
+/// assert!((light.illuminance(0.0, 0.0)? - 310.98204).abs() <= 1e-4);
 /// # Ok::<(), harmolux::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -302,7 +302,8 @@ mod tests {
 
     #[test]
     fn grey_cubes_are_the_printed_table() {
-        // The table is good to about 1e-5 inside and drifts to 7e-5 beside the corner, where this solution is converged to 1e-7.
+        // The table is good to about 1e-5 inside and drifts to 7e-5 beside the corner, where this solution holds
+        // (see the test over directions).
         for (rho, values) in [
             (0.5, [310.981, 278.103, 253.230, 216.074, 161.07, 119.38, 106.45]),
             (0.8, [629.90, 596.55, 571.37, 531.78, 467.32, 402.14, 370.92]),
@@ -360,6 +361,45 @@ mod tests {
         }
         for (x, y) in [(-1.3, 0.4), (0.4, 1.3), (-0.4, -1.3)] {
             assert!((at(x, y) / at(1.3, 0.4) - 1.0).abs() <= 1e-12);
+        }
+    }
+
+    /// Gives the interpolated illuminance, in units of the middle's direct one, where the ray from `point` of the floor z = -1 of the
+    /// cube [-1, 1]^3 along `d` arrives.
+    fn seen(light: &CubeLight, [x, y]: [f64; 2], d: [f64; 3]) -> f64 {
+        let origin = [x, y, -1.0];
+        let exit = |i: usize| (1.0_f64.copysign(d[i]) - origin[i]) / d[i];
+        let face = (0..3).min_by(|&i, &j| exit(i).total_cmp(&exit(j))).unwrap();
+        let at = |i: usize| Rule {
+            nodes: vec![(origin[i] + exit(face) * d[i]).clamp(-1.0, 1.0)],
+            weights: vec![1.0],
+        };
+        let row = |i: usize| light.basis.rows(&at(i), 0.0);
+        (row((face + 1) % 3) * &light.values).dot(&row((face + 2) % 3))
+    }
+
+    #[test]
+    fn equation_holds_when_integrated_over_directions() {
+        // An independent oracle: E = E0 + rho times the mean of E over cosine-distributed directions, by a Fibonacci lattice in
+        // (sin^2 of the zenith angle, azimuth), the former stretched so that both its ends are resolved. 832 040 directions
+        // agree with the solution to 4e-7 at all seven points of the table; these 121 393 are good to 5e-6.
+        let (n, generator) = (121_393, 75_025.0);
+        let light = case(0.8).solve().unwrap();
+        for (x, y) in [(0.0, 0.0), (1.5, 1.5), (1.99, 1.99)] {
+            let point = [0.5 * x, 0.5 * y];
+            let arriving = |i: i32| {
+                let s = (f64::from(i) + 0.5) / f64::from(n);
+                let (p, q) = (s.powi(4), (1.0 - s).powi(4));
+                let (u, stretch) = (p / (p + q), 4.0 * (s - s * s).powi(3) / (p + q).powi(2));
+                let turns = (generator * f64::from(i) / f64::from(n)).fract();
+                let (sin, cos) = (2.0 * PI * turns).sin_cos();
+                let d = [u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt()];
+                stretch * seen(&light, point, d)
+            };
+            let mean = (0..n).map(arriving).sum::<f64>() / f64::from(n);
+            let found = light.cube.unit() * (direct(point) + 0.8 * mean);
+            let ratio = found / light.illuminance(x, y).unwrap();
+            assert!((ratio - 1.0).abs() <= 5e-6, "{x} {y}: {ratio}");
         }
     }
 
