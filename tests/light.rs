@@ -99,7 +99,7 @@ fn sobolev() -> (Scene, SobolevProblem) {
         vec![object("floor", plane(0.0, DVec3::Z)), object("ceiling", plane(1.0, DVec3::NEG_Z))];
     let lamp =
         PointLight { name: "lamp".into(), at: DVec3::new(0.0, 0.0, 0.5), intensity: Rgb::WHITE };
-    let exact = SobolevProblem { reflectance: [0.5, 0.5], source_height: 0.5 };
+    let exact = SobolevProblem::default();
     (Scene::new(objects, vec![lamp]).expect("valid"), exact)
 }
 
@@ -109,14 +109,15 @@ const SOBOLEV_RADII: [f64; 10] = [0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 
 fn sobolev_case_a_at_ten_radii() {
     let (scene, exact) = sobolev();
     let points = SOBOLEV_RADII.map(|r| Sensor { at: DVec3::new(r, 0.0, 0.0), normal: DVec3::Z });
+    // Ten gaps from the source only one walk in some hundred comes near: the interval needs many of them.
     for (estimator, walks) in
-        [(SensorEstimator::Local(Weighting::Walk), 1 << 14), (SensorEstimator::Path, 1 << 14)]
+        [(SensorEstimator::Local(Weighting::Walk), 1 << 18), (SensorEstimator::Path, 1 << 18)]
     {
         let survey =
             illuminance(&scene, &points, &sensors(estimator, walks), &go_on).expect("runs");
         for (r, result) in SOBOLEV_RADII.iter().zip(&survey.results) {
-            let reference = exact.illuminance(SobolevPlane::One, *r).expect("valid radius");
-            let direct = exact.direct(SobolevPlane::One, *r).expect("valid radius");
+            let reference = exact.illuminance(SobolevPlane::Lower, *r).expect("valid radius");
+            let direct = exact.direct(SobolevPlane::Lower, *r).expect("valid radius");
             assert!((result.direct.mean - direct).abs() <= 1e-12 * direct, "direct at {r}");
             assert!(
                 result.total.agrees_with(reference, 0.0, SOBOLEV_RADII.len()),
@@ -143,7 +144,8 @@ fn cube_of_cie_171_at_seven_floor_points() {
         [(0.0, 0.0), (0.5, 0.5), (1.0, 0.0), (1.0, 1.0), (1.5, 1.5), (1.9, 1.9), (1.99, 1.99)];
     let points =
         offsets.map(|(x, y)| Sensor { at: DVec3::new(half + x, half + y, 0.0), normal: DVec3::Z });
-    let exact = Cube { half_size: half, flux: 10_000.0, reflectance: 0.5 }.solve().expect("solves");
+    let exact =
+        Cube { edge: 2.0 * half, flux: 10_000.0, reflectance: 0.5 }.solve().expect("solves");
     for (estimator, walks) in
         [(SensorEstimator::Local(Weighting::of(&scene)), 1 << 14), (SensorEstimator::Path, 1 << 14)]
     {

@@ -5,7 +5,7 @@ use glam::DVec3;
 /// Carries a half line or a segment: `origin + t direction` for `t_min <= t <= t_max`.
 ///
 /// The direction has unit length, so `t` is a distance in metres. There is no epsilon in a ray: a ray that leaves a surface
-/// starts where [`crate::surface::Hit::leave`] puts it.
+/// starts where [`crate::surface::Hit::departure`] says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
     /// The starting point, metres.

@@ -1,5 +1,5 @@
 //! Scenes and settings that several test files share.
-#![allow(dead_code, reason = "each test file uses its own part")]
+#![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
