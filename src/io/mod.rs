@@ -1,0 +1,3 @@
+//! Files in and out: coefficients, images, tables, and the rules by which anything is written.
+
+pub mod output;
