@@ -1,3 +1,4 @@
 //! Files in and out: coefficients, images, tables, and the rules by which anything is written.
 
 pub mod output;
+pub mod tables;
