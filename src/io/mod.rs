@@ -1,4 +1,5 @@
 //! Files in and out: coefficients, images, tables, and the rules by which anything is written.
 
+pub mod images;
 pub mod output;
 pub mod tables;
