@@ -7,6 +7,7 @@
 pub mod error;
 pub mod estimators;
 pub mod exact;
+pub mod io;
 pub mod math;
 pub mod scene;
 pub mod sh;

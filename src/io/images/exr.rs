@@ -1,0 +1,411 @@
+//! `OpenEXR` images of named f32 channels with attributes, ZIP-compressed.
+//!
+//! The unnamed main layer R, G, B, Y is what viewers show; further layers prefix their channels (`stderr.Y`, `direct.R`), as the
+//! `OpenEXR` technical introduction asks. Equal images give equal bytes.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::image::read::read as reader;
+use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer};
+use exr::meta::MetaData;
+use exr::meta::attribute::{AttributeValue, Compression, LineOrder, Text};
+use exr::meta::header::LayerAttributes;
+use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
+
+use super::check_size;
+use crate::error::InputError;
+use crate::io::output::SOFTWARE;
+use crate::math::Rgb;
+use crate::{Error, Result};
+
+/// Holds the value of one attribute.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Attribute {
+    /// A text, as UTF-8.
+    Text(String),
+    /// A number; write integers past 2^53 as text.
+    Number(f64),
+}
+
+impl From<&str> for Attribute {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+impl From<String> for Attribute {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+impl From<f64> for Attribute {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+/// Holds named channels of equal size, row by row from the top left, and attributes.
+///
+/// ```
+/// use harmolux::io::images::Exr;
+/// use harmolux::math::Rgb;
+///
+/// let image = Exr::new(2, 1)
+///     .with_colour("", &[Rgb::WHITE, Rgb::grey(0.5)])?
+///     .with_values("stderr.Y", &[0.01, 0.02])?
+///     .with_attribute("seed", "42");
+/// let read = Exr::from_bytes("view.exr".as_ref(), &image.to_bytes()?)?;
+/// assert_eq!(read.channel("Y"), Some([1.0, 0.5].as_slice()));
+/// # Ok::<(), harmolux::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exr {
+    width: usize,
+    height: usize,
+    channels: BTreeMap<String, Vec<f32>>,
+    attributes: BTreeMap<String, Attribute>,
+}
+
+impl Exr {
+    /// Starts an image of `width` x `height` pixels without channels; its `software` attribute names this program.
+    pub fn new(width: usize, height: usize) -> Self {
+        let attributes = BTreeMap::from([("software".to_owned(), SOFTWARE.into())]);
+        Self { width, height, channels: BTreeMap::new(), attributes }
+    }
+
+    /// Adds R, G, B and the luminance Y of linear Rec. 709 `pixels`, in the main layer ("") or in a named one.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when the number of pixels does not fit the size, or a channel of that name is there already.
+    pub fn with_colour(self, layer: &str, pixels: &[Rgb]) -> Result<Self> {
+        let of = |value: fn(&Rgb) -> f64| -> Vec<f64> { pixels.iter().map(value).collect() };
+        self.with_values(&channel_name(layer, "R"), &of(|p| p.0[0]))?
+            .with_values(&channel_name(layer, "G"), &of(|p| p.0[1]))?
+            .with_values(&channel_name(layer, "B"), &of(|p| p.0[2]))?
+            .with_values(&channel_name(layer, "Y"), &of(|p| p.luminance()))
+    }
+
+    /// Adds one channel; `name` is `LAYER.CHANNEL`, as `stderr.Y`. NaN and infinities are stored as they are.
+    ///
+    /// # Errors
+    /// As [`Exr::with_colour`].
+    pub fn with_values(mut self, name: &str, values: &[f64]) -> Result<Self> {
+        check_size(self.width, self.height, values.len())?;
+        let samples = values.iter().map(|v| *v as f32).collect();
+        if name.is_empty() || self.channels.insert(name.to_owned(), samples).is_some() {
+            return Err(Error::Parameter(format!("`{name}` cannot name one more channel")));
+        }
+        Ok(self)
+    }
+
+    /// Adds or replaces an attribute: `scene`, `seed`, `estimator`, `replicates`, ... (`software` is set).
+    pub fn with_attribute(mut self, name: &str, value: impl Into<Attribute>) -> Self {
+        self.attributes.insert(name.to_owned(), value.into());
+        self
+    }
+
+    /// Gives the width in pixels.
+    pub const fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Gives the height in pixels.
+    pub const fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Gives the samples of a channel; `None` when there is no such channel.
+    pub fn channel(&self, name: &str) -> Option<&[f32]> {
+        self.channels.get(name).map(Vec::as_slice)
+    }
+
+    /// Gives the channel names in alphabetical order.
+    pub fn channel_names(&self) -> impl Iterator<Item = &str> {
+        self.channels.keys().map(String::as_str)
+    }
+
+    /// Gives an attribute; `None` when there is none of that name.
+    pub fn attribute(&self, name: &str) -> Option<&Attribute> {
+        self.attributes.get(name)
+    }
+
+    /// Encodes the image.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when there is no channel; [`Error::Numeric`] with the encoder's complaint.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        if self.channels.is_empty() {
+            return Err(Error::Parameter("an image needs at least one channel".to_owned()));
+        }
+        let channels = self
+            .channels
+            .iter()
+            .map(|(name, samples)| AnyChannel::new(text(name), FlatSamples::F32(samples.clone())));
+        let encoding = Encoding {
+            compression: Compression::ZIP16,
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        };
+        let layer = Layer::new(
+            (self.width, self.height),
+            self.layer_attributes(),
+            encoding,
+            AnyChannels::sort(channels.collect()),
+        );
+        let mut bytes = Cursor::new(Vec::new());
+        let written = Image::from_layer(layer).write().to_buffered(&mut bytes);
+        let sorted = written.map(|()| sort_attributes(bytes.into_inner()));
+        sorted.map_err(|e| Error::Numeric(format!("the EXR encoder failed: {e}")))
+    }
+
+    fn layer_attributes(&self) -> LayerAttributes {
+        let values = self.attributes.iter().map(|(name, value)| match value {
+            Attribute::Text(value) => (text(name), AttributeValue::Text(text(value))),
+            Attribute::Number(value) => (text(name), AttributeValue::F64(*value)),
+        });
+        let mut attributes = LayerAttributes { other: values.collect(), ..Default::default() };
+        // The crate knows this one by a field of its own and takes it nowhere else.
+        if let Some(AttributeValue::Text(software)) = attributes.other.remove(&text("software")) {
+            attributes.software_name = Some(software);
+        }
+        attributes
+    }
+
+    /// Reads an EXR file of one flat layer, ours or another's: all its channels, and its text and number attributes.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the file cannot be read, [`Error::Input`] when it is not such an image.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+        Self::from_bytes(path, &bytes)
+    }
+
+    /// Decodes the bytes of an EXR file; `path` is for messages.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when they are not an image of one flat layer.
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let refuse = |e: exr::error::Error| {
+            Error::from(InputError::new(path, format!("this is not a readable EXR image: {e}")))
+        };
+        check_header(path, &MetaData::read_from_buffered(bytes, false).map_err(refuse)?, bytes)?;
+        let layer = reader()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))
+            .map_err(refuse)?
+            .layer_data;
+        let channels = layer.channel_data.list.iter();
+        Ok(Self {
+            width: layer.size.0,
+            height: layer.size.1,
+            channels: channels
+                .map(|c| (string(&c.name), c.sample_data.values_as_f32().collect()))
+                .collect(),
+            attributes: attributes_of(&layer.attributes),
+        })
+    }
+}
+
+fn attributes_of(layer: &LayerAttributes) -> BTreeMap<String, Attribute> {
+    let software = layer.software_name.iter().map(|s| ("software".to_owned(), string(s).into()));
+    let others = layer.other.iter().filter_map(|(name, value)| {
+        let value = match value {
+            AttributeValue::Text(value) => Attribute::Text(string(value)),
+            AttributeValue::F64(value) => Attribute::Number(*value),
+            AttributeValue::F32(value) => Attribute::Number(f64::from(*value)),
+            AttributeValue::I32(value) => Attribute::Number(f64::from(*value)),
+            _ => return None,
+        };
+        Some((string(name), value))
+    });
+    software.chain(others).collect()
+}
+
+/// Refuses what the decoder would not survive or not show as it is: several or subsampled layers, and sizes that the bytes cannot hold.
+fn check_header(path: &Path, meta: &MetaData, bytes: &[u8]) -> Result<()> {
+    // Deflate packs at most 1032 to 1; the other methods stay far below.
+    const DENSEST: usize = 1032;
+    let refuse = |message: String| Err(InputError::new(path, message).into());
+    let [header] = meta.headers.as_slice() else {
+        return refuse(format!("{} layers, where one is expected", meta.headers.len()));
+    };
+    if header.channels.list.iter().any(|c| c.sampling.0 != 1 || c.sampling.1 != 1) {
+        return refuse("subsampled channels cannot be compared pixel by pixel".to_owned());
+    }
+    let exr::math::Vec2(width, height) = header.layer_size;
+    let needed = width.saturating_mul(height).saturating_mul(header.channels.bytes_per_pixel);
+    if needed > bytes.len().saturating_mul(DENSEST) {
+        return refuse(format!("{} bytes cannot hold {width} x {height} pixels", bytes.len()));
+    }
+    Ok(())
+}
+
+fn channel_name(layer: &str, channel: &str) -> String {
+    if layer.is_empty() { channel.to_owned() } else { format!("{layer}.{channel}") }
+}
+
+/// Wraps UTF-8 as it is; the crate's own conversion panics beyond Latin-1.
+fn text(value: &str) -> Text {
+    Text::from_slice_unchecked(value.as_bytes())
+}
+
+fn string(value: &Text) -> String {
+    String::from_utf8_lossy(value.as_slice()).into_owned()
+}
+
+/// Puts the header's attributes in a fixed order, `software` first: the encoder takes them from a hash map, so equal images would
+/// give different bytes and the mark of this program could stand anywhere. The header keeps its length, so all offsets hold.
+fn sort_attributes(mut bytes: Vec<u8>) -> Vec<u8> {
+    // The header follows 4 bytes of magic number and 4 of version, and ends with an empty name.
+    const START: usize = 8;
+    let mut attributes = Vec::new();
+    let mut rest = bytes.get(START..).unwrap_or_default();
+    while let Some(length) = attribute_length(rest) {
+        attributes.push(rest[..length].to_vec());
+        rest = &rest[length..];
+    }
+    attributes.sort_by_key(|a| (!a.starts_with(b"software\0"), a.clone()));
+    let header = attributes.concat();
+    bytes.splice(START..START + header.len(), header);
+    bytes
+}
+
+/// Measures the attribute at the start of `bytes` (name, type, length, value); `None` at the end of the header.
+fn attribute_length(bytes: &[u8]) -> Option<usize> {
+    let zero = |from: usize| Some(from + bytes.get(from..)?.iter().position(|b| *b == 0)?);
+    let name = zero(0).filter(|end| *end > 0)?;
+    let kind = zero(name + 1)?;
+    let size = bytes.get(kind + 1..kind + 5)?.try_into().ok()?;
+    let length = kind + 5 + u32::from_le_bytes(size) as usize;
+    (length <= bytes.len()).then_some(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::output::{Kind, Output};
+
+    fn pixels() -> Vec<Rgb> {
+        (0..6).map(|i| Rgb([f64::from(i), 0.1, 1e-3 * f64::from(i * i)])).collect()
+    }
+
+    fn image() -> Exr {
+        Exr::new(3, 2)
+            .with_colour("", &pixels())
+            .and_then(|e| e.with_values("stderr.Y", &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))
+            .expect("fits")
+            .with_attribute("scene", "salle à manger.toml")
+            .with_attribute("seed", u64::MAX.to_string())
+            .with_attribute("replicates", 32.0)
+            .with_attribute("estimator", "double-local")
+    }
+
+    #[test]
+    fn empty_and_misshapen_images_are_refused() {
+        assert!(Exr::new(1, 1).to_bytes().is_err());
+        assert!(Exr::new(0, 0).with_colour("", &[]).is_err());
+        assert!(Exr::new(2, 2).with_values("Z", &[0.0; 3]).is_err());
+        assert!(image().with_colour("", &pixels()).is_err());
+        assert!(image().with_values("", &[0.0; 6]).is_err());
+    }
+
+    #[test]
+    fn image_comes_back_to_the_last_bit_of_f32() {
+        let written = image();
+        let bytes = written.to_bytes().expect("encoded");
+        let read = Exr::from_bytes(Path::new("x.exr"), &bytes).expect("decoded");
+        assert_eq!(read, written);
+        assert_eq!((read.width(), read.height()), (3, 2));
+        assert!(read.channel_names().eq(["B", "G", "R", "Y", "stderr.Y"]));
+        let luminance: Vec<f32> = pixels().iter().map(|p| p.luminance() as f32).collect();
+        assert_eq!(read.channel("Y"), Some(luminance.as_slice()));
+        assert_eq!(read.attribute("replicates"), Some(&Attribute::Number(32.0)));
+        assert_eq!(read.attribute("software"), Some(&SOFTWARE.into()));
+        assert_eq!(read.attribute("seed"), Some(&u64::MAX.to_string().into()));
+        assert_eq!((read.channel("Z"), read.attribute("author")), (None, None));
+    }
+
+    #[test]
+    fn equal_images_give_equal_bytes() {
+        let bytes = image().to_bytes().expect("encoded");
+        assert!((0..5).all(|_| image().to_bytes().is_ok_and(|again| again == bytes)));
+    }
+
+    #[test]
+    fn what_is_not_finite_stays_so() {
+        let values = [f64::NAN, f64::INFINITY, -1.0, 1e300];
+        let bytes = Exr::new(4, 1).with_values("Y", &values).and_then(|e| e.to_bytes());
+        let read = Exr::from_bytes(Path::new("x.exr"), &bytes.expect("encoded")).expect("decoded");
+        let samples = read.channel("Y").expect("there");
+        assert!(samples[0].is_nan() && samples[1..] == [f32::INFINITY, -1.0, f32::INFINITY]);
+    }
+
+    #[test]
+    fn further_colour_layers_are_prefixed() {
+        let image = image().with_colour("direct", &pixels()).expect("fits");
+        let bytes = image.to_bytes().expect("encoded");
+        let read = Exr::from_bytes(Path::new("x.exr"), &bytes).expect("decoded");
+        assert_eq!(read.channel("direct.R"), image.channel("R"));
+    }
+
+    #[test]
+    fn larger_image_with_many_blocks_comes_back() {
+        let values: Vec<f64> = (0..150 * 101).map(|i| f64::from(i).sin()).collect();
+        let image = Exr::new(150, 101).with_values("Y", &values).expect("fits");
+        let bytes = image.to_bytes().expect("encoded");
+        assert_eq!(Exr::from_bytes(Path::new("x.exr"), &bytes).expect("decoded"), image);
+    }
+
+    #[test]
+    fn broken_files_are_refused() {
+        let bytes = image().to_bytes().expect("encoded");
+        for broken in
+            [&b""[..], b"not an image", &bytes[..7], &bytes[..60], &bytes[..bytes.len() - 9]]
+        {
+            let error = Exr::from_bytes(Path::new("x.exr"), broken).expect_err("refused");
+            assert!(error.to_string().starts_with("x.exr: this is not a readable EXR image"));
+        }
+        assert!(matches!(Exr::read(Path::new("/no/such.exr")), Err(Error::Io { .. })));
+    }
+
+    #[test]
+    fn size_that_the_bytes_cannot_hold_is_refused_before_memory_is_taken() {
+        let mut bytes = image().to_bytes().expect("encoded");
+        for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+            let at = bytes.windows(name.len()).position(|w| w == name).expect("there");
+            // After name, type and length: x_min, y_min, x_max, y_max.
+            let upper = at + name.len() + 4 + 8;
+            for corner in [upper, upper + 4] {
+                bytes[corner..corner + 4].copy_from_slice(&1_000_000_i32.to_le_bytes());
+            }
+        }
+        let message = Exr::from_bytes(Path::new("x.exr"), &bytes).expect_err("refused").to_string();
+        assert!(message.contains("cannot hold 1000001 x 1000001 pixels"), "{message}");
+    }
+
+    #[test]
+    fn file_is_known_again_however_long_its_attributes() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("view.exr");
+        let bytes =
+            image().with_attribute("comment", "x".repeat(5000)).to_bytes().expect("encoded");
+        for _ in 0..2 {
+            let output = Output::open(&path, &Kind::EXR, false).expect("free, then ours");
+            output.write(&bytes).expect("written");
+        }
+        let foreign = image().with_attribute("software", "another").to_bytes().expect("encoded");
+        std::fs::write(&path, foreign).expect("written");
+        assert!(Output::open(&path, &Kind::EXR, false).is_err());
+        assert_eq!(
+            Exr::read(&path).expect("readable").attribute("software"),
+            Some(&"another".into())
+        );
+    }
+}

@@ -1,0 +1,196 @@
+//! 8-bit sRGB PNG from linear Rec. 709 pixels: the value is multiplied by an exposure, clamped to 0..1 and encoded by the transfer
+//! function of IEC 61966-2-1. No tone curve, so what is shown stays proportional to what was computed.
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+
+use super::check_size;
+use crate::io::output::SOFTWARE;
+use crate::math::Rgb;
+use crate::{Error, Result};
+
+/// What is painted where a pixel is not finite: a magenta that no exposure of a scene gives by accident.
+const NOT_FINITE: [u8; 3] = [255, 0, 255];
+
+/// The luminance to which the geometric mean of an image is exposed: the grey card of photography.
+const MIDDLE_GREY: f64 = 0.18;
+
+/// Holds an encoded PNG and what its maker should report.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Png {
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// What the pixels were multiplied with.
+    pub exposure: f64,
+    /// How many pixels were NaN or infinite; they are painted magenta.
+    pub not_finite: usize,
+}
+
+/// Gives 0.18 over the geometric mean of the positive finite luminances; 1 when there are none.
+pub fn auto_exposure(pixels: &[Rgb]) -> f64 {
+    let luminances = pixels.iter().map(|p| p.luminance());
+    let (count, logarithms) = luminances
+        .filter(|y| *y > 0.0 && y.is_finite())
+        .fold((0_usize, 0.0), |(n, sum), y| (n + 1, sum + y.ln()));
+    if count == 0 { 1.0 } else { MIDDLE_GREY / (logarithms / count as f64).exp() }
+}
+
+/// Encodes linear Rec. 709 `pixels` (`width` x `height`, row by row from the top left) as PNG, exposed by `exposure` or, without it,
+/// by [`auto_exposure`].
+///
+/// # Errors
+/// [`Error::Parameter`] when the size does not fit the pixels or the exposure is not a positive finite number.
+pub fn png(width: usize, height: usize, pixels: &[Rgb], exposure: Option<f64>) -> Result<Png> {
+    let exposure = exposure.unwrap_or_else(|| auto_exposure(pixels));
+    if !(exposure > 0.0 && exposure.is_finite()) {
+        return Err(Error::Parameter(format!("the exposure {exposure} is not a positive number")));
+    }
+    let not_finite = pixels.iter().filter(|p| !p.is_finite()).count();
+    let samples: Vec<u8> = pixels.iter().flat_map(|p| display(*p, exposure)).collect();
+    Ok(Png { bytes: encode_png(width, height, &samples)?, exposure, not_finite })
+}
+
+fn display(pixel: Rgb, exposure: f64) -> [u8; 3] {
+    if pixel.is_finite() { pixel.0.map(|c| quantise(c * exposure)) } else { NOT_FINITE }
+}
+
+/// Applies the sRGB transfer function and rounds to the nearest of 256 levels.
+fn quantise(linear: f64) -> u8 {
+    let c = linear.clamp(0.0, 1.0);
+    let encoded = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * encoded).round() as u8
+}
+
+/// Encodes sRGB `samples` (three bytes a pixel, row by row from the top left) as PNG that says sRGB and names this program.
+///
+/// # Errors
+/// [`Error::Parameter`] when the size does not fit the samples; [`Error::Numeric`] with the encoder's complaint.
+pub fn encode_png(width: usize, height: usize, samples: &[u8]) -> Result<Vec<u8>> {
+    check_size(width, height, samples.len() / 3)?;
+    let (Ok(columns), Ok(rows), 0) =
+        (u32::try_from(width), u32::try_from(height), samples.len() % 3)
+    else {
+        return Err(Error::Parameter(format!("an image of {width} x {height} is no PNG")));
+    };
+    let mut bytes = Vec::new();
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
+        .write_image(samples, columns, rows, ExtendedColorType::Rgb8)
+        .map_err(|e| Error::Numeric(format!("the PNG encoder failed: {e}")))?;
+    // The encoder writes no text; the chunks go where they must, straight after the 8 + 25 bytes of signature and header.
+    let text = [b"Software\0", SOFTWARE.as_bytes()].concat();
+    let chunks = [chunk(*b"sRGB", &[0]), chunk(*b"tEXt", &text)].concat();
+    bytes.splice(33..33, chunks);
+    Ok(bytes)
+}
+
+/// Frames data as a PNG chunk: length, type, data, checksum of type and data.
+fn chunk(kind: [u8; 4], data: &[u8]) -> Vec<u8> {
+    let body = [&kind, data].concat();
+    let length = (data.len() as u32).to_be_bytes();
+    [&length, body.as_slice(), &crc32(&body).to_be_bytes()].concat()
+}
+
+/// Computes the CRC-32 of the PNG specification, annex D, bit by bit: it sees a few dozen bytes an image.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |c, _| {
+            if c & 1 == 1 { 0xedb8_8320 ^ (c >> 1) } else { c >> 1 }
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::output::{Kind, Output};
+
+    fn decoded(bytes: &[u8]) -> image::RgbImage {
+        image::load_from_memory(bytes).expect("a PNG").into_rgb8()
+    }
+
+    #[test]
+    fn empty_and_misshapen_images_are_refused() {
+        assert!(png(0, 0, &[], None).is_err());
+        assert!(png(2, 2, &[Rgb::WHITE; 3], None).is_err());
+        assert!(png(usize::MAX, 2, &[Rgb::WHITE; 2], None).is_err());
+        assert!(encode_png(1, 1, &[0; 4]).is_err());
+        for exposure in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let message = png(1, 1, &[Rgb::WHITE], Some(exposure)).expect_err("refused");
+            assert!(message.to_string().contains("is not a positive number"));
+        }
+    }
+
+    #[test]
+    fn black_image_is_black_at_exposure_one() {
+        let made = png(2, 1, &[Rgb::BLACK; 2], None).expect("made");
+        assert_eq!((made.exposure, made.not_finite), (1.0, 0));
+        assert!(decoded(&made.bytes).pixels().all(|p| p.0 == [0; 3]));
+    }
+
+    #[test]
+    fn pixels_that_are_not_finite_are_counted_and_shown() {
+        let pixels = [
+            Rgb([f64::NAN, 1.0, 1.0]),
+            Rgb::grey(f64::INFINITY),
+            Rgb::grey(2.0),
+            Rgb([-1.0, 0.5, 9.0]),
+        ];
+        let made = png(4, 1, &pixels, Some(0.5)).expect("made");
+        assert_eq!((made.not_finite, made.exposure), (2, 0.5));
+        let shown: Vec<_> = decoded(&made.bytes).pixels().map(|p| p.0).collect();
+        assert_eq!(shown, [NOT_FINITE, NOT_FINITE, [255; 3], [0, 137, 255]]);
+    }
+
+    #[test]
+    fn transfer_function_is_that_of_the_standard() {
+        // Levels from the inverse function of IEC 61966-2-1: v <= 0.04045 ? v/12.92 : ((v + 0.055)/1.055)^2.4.
+        for level in 0..=255_u8 {
+            let v = f64::from(level) / 255.0;
+            let linear = if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+            assert_eq!(quantise(linear), level);
+        }
+        assert_eq!([quantise(0.18), quantise(0.5)], [118, 188]);
+    }
+
+    #[test]
+    fn exposure_brings_the_geometric_mean_to_middle_grey() {
+        let pixels = [Rgb::grey(1.0), Rgb::grey(100.0), Rgb::BLACK, Rgb::grey(f64::NAN)];
+        assert!((auto_exposure(&pixels) - 0.018).abs() <= 1e-15);
+        // The product of 1e300 would overflow, the sum of logarithms does not: 1000 terms of 691, each rounded to 1e-13.
+        assert!((auto_exposure(&vec![Rgb::grey(1e300); 1000]) / 1.8e-301 - 1.0).abs() <= 1e-9);
+    }
+
+    #[test]
+    fn rows_run_from_the_top_left() {
+        let pixels: Vec<Rgb> = (0..6).map(|i| Rgb::grey(f64::from(i) / 5.0)).collect();
+        let image = decoded(&png(3, 2, &pixels, Some(1.0)).expect("made").bytes);
+        assert_eq!(image.dimensions(), (3, 2));
+        assert_eq!([image[(0, 0)][0], image[(1, 0)][0], image[(2, 1)][0]], [0, quantise(0.2), 255]);
+    }
+
+    #[test]
+    fn checksum_is_that_of_the_specification() {
+        assert_eq!(crc32(b"IEND"), 0xae42_6082);
+        assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
+    }
+
+    #[test]
+    fn file_names_this_program_and_is_known_again() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("view.png");
+        let made = png(2, 2, &[Rgb::WHITE; 4], None).expect("made");
+        for _ in 0..2 {
+            let output = Output::open(&path, &Kind::PNG, false).expect("free, then ours");
+            output.write(&made.bytes).expect("written");
+        }
+        let foreign = {
+            let mut bytes = Vec::new();
+            PngEncoder::new(&mut bytes)
+                .write_image(&[0; 3], 1, 1, ExtendedColorType::Rgb8)
+                .expect("made");
+            bytes
+        };
+        std::fs::write(&path, foreign).expect("written");
+        assert!(Output::open(&path, &Kind::PNG, false).is_err());
+    }
+}
