@@ -1,8 +1,19 @@
 //! Surfaces that rays meet: the trait, the hit, and who implements them.
 
+mod bvh;
+mod mesh;
+mod mesh_check;
+mod mesh_surface;
+pub mod star;
+
 use glam::{DVec2, DVec3};
 
 use crate::math::{Aabb, Ray};
+
+pub use bvh::Bvh;
+pub use mesh::{Mesh, UpAxis};
+pub use mesh_check::{BadEdge, EdgeFault, MeshReport};
+pub use mesh_surface::MeshSurface;
 
 /// Answers rays. One method is required beside the bounds; a surface overrides the others where it knows a faster way.
 ///
