@@ -1,6 +1,7 @@
-//! Files in and out: coefficients, images, tables, and the rules by which anything is written.
+//! Files in and out: meshes, coefficients, images, tables, and the rules by which anything is written.
 
 pub mod coefficients;
 pub mod images;
+pub mod meshes;
 pub mod output;
 pub mod tables;

@@ -1,13 +1,24 @@
 //! Surfaces that rays meet: the trait, the hit, and who implements them.
 
+mod bvh;
 mod certified;
 mod instance;
+mod mesh;
+mod mesh_check;
+mod mesh_surface;
 pub mod primitives;
+mod projection;
 mod radial;
 mod sh_surface;
+pub mod star;
 mod step_bisection;
 
+pub use bvh::Bvh;
 pub use instance::Instance;
+pub use mesh::{Mesh, UpAxis};
+pub use mesh_check::{BadEdge, EdgeFault, MeshReport};
+pub use mesh_surface::MeshSurface;
+pub use projection::{RadialError, project_conforming, project_grid, radial_error};
 pub use radial::{Gap, RadialBody};
 pub use sh_surface::{Intersector, ShSurface};
 pub use step_bisection::StepBisection;

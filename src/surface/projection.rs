@@ -109,7 +109,11 @@ pub struct RadialError {
 ///
 /// # Errors
 /// [`Error::Parameter`] for a degree too high to evaluate.
-pub fn radial_error(mesh: &Mesh, centre: DVec3, coefficients: &Coefficients) -> Result<RadialError> {
+pub fn radial_error(
+    mesh: &Mesh,
+    centre: DVec3,
+    coefficients: &Coefficients,
+) -> Result<RadialError> {
     let series = Series::new(coefficients)?;
     let rules = rules();
     let lmax = coefficients.lmax();
@@ -131,7 +135,8 @@ pub fn radial_error(mesh: &Mesh, centre: DVec3, coefficients: &Coefficients) -> 
     let (squares, sphere, inside) =
         parts.into_iter().fold((0.0, 0.0, 0.0_f64), |a, b| (a.0 + b.0, a.1 + b.1, a.2.max(b.2)));
     let at_vertices = mesh.positions().iter().filter_map(|x| {
-        let (direction, radius) = (*x - centre).try_normalize().zip(Some((*x - centre).length()))?;
+        let (direction, radius) =
+            (*x - centre).try_normalize().zip(Some((*x - centre).length()))?;
         Some((radius - series.value(direction)).abs())
     });
     Ok(RadialError { rms: (squares / sphere).sqrt(), max: at_vertices.fold(inside, f64::max) })
@@ -187,8 +192,18 @@ mod tests {
     use super::*;
 
     fn octahedron(radius: f64) -> Mesh {
-        let p = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z].map(|v| radius * v);
-        let faces = vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [1, 0, 5], [2, 1, 5], [3, 2, 5], [0, 3, 5]];
+        let p = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z]
+            .map(|v| radius * v);
+        let faces = vec![
+            [0, 1, 4],
+            [1, 2, 4],
+            [2, 3, 4],
+            [3, 0, 4],
+            [1, 0, 5],
+            [2, 1, 5],
+            [3, 2, 5],
+            [0, 3, 5],
+        ];
         Mesh::new(p.to_vec(), faces).expect("valid")
     }
 

@@ -1,0 +1,197 @@
+//! Mesh files.
+
+mod obj;
+
+use std::fs;
+use std::path::Path;
+
+use crate::error::InputError;
+use crate::surface::Mesh;
+use crate::{Error, Result};
+
+pub use obj::read_obj;
+
+/// Formats that are recognised and not read, by extension and by how their files begin.
+const FOREIGN: [(&str, &[u8], &str); 5] = [
+    ("ply", b"ply", "PLY"),
+    ("off", b"OFF", "OFF"),
+    ("glb", b"glTF", "binary glTF"),
+    ("gltf", b"{", "glTF"),
+    ("stl", b"solid", "STL"),
+];
+
+/// Reads a mesh, metres as the file has them; the format is told by the extension, else by how the file begins.
+///
+/// # Errors
+/// [`Error::Io`] when the file cannot be read; [`Error::Input`] when its format is not known or its content cannot be used.
+pub fn read(path: &Path) -> Result<Mesh> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let extension = extension.as_deref().unwrap_or("");
+    if extension == "obj" {
+        return read_obj(path);
+    }
+    let bytes = load(path)?;
+    if let Some((_, _, name)) = FOREIGN.iter().find(|f| f.0 == extension || bytes.starts_with(f.1))
+    {
+        return Err(unreadable(path, &format!("this is a {name} file, which cannot be read yet")));
+    }
+    if looks_like_obj(&bytes) {
+        return obj::parse(path, &bytes);
+    }
+    Err(unreadable(path, "this is not a mesh format that is known here"))
+}
+
+fn unreadable(path: &Path, message: &str) -> Error {
+    let help = "convert it to Wavefront OBJ (any modelling program exports it) and give it the extension .obj";
+    InputError::new(path, message).help(help).into()
+}
+
+/// Tells whether the file's first statement is one that OBJ files begin with.
+fn looks_like_obj(bytes: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]);
+    let first = text.lines().map(str::trim).find(|l| !l.is_empty() && !l.starts_with('#'));
+    let keyword = first.and_then(|l| l.split_whitespace().next());
+    keyword.is_some_and(|k| ["v", "vn", "vt", "o", "g", "s", "mtllib", "usemtl"].contains(&k))
+}
+
+/// Loads a whole file.
+fn load(path: &Path) -> Result<Vec<u8>> {
+    if path.is_dir() {
+        let help = "name a file in it";
+        return Err(InputError::new(path, "this is a folder, not a mesh file").help(help).into());
+    }
+    fs::read(path).map_err(|e| Error::io(path, "read", e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Randomness, Ray, Stream, sampling};
+    use crate::surface::{MeshReport, MeshSurface, SampleArea, Surface, star};
+    use glam::DVec3;
+
+    fn head() -> Mesh {
+        read(Path::new("data/head.obj")).expect("the head is there")
+    }
+
+    fn error_of(path: &Path) -> String {
+        read(path).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn missing_file_and_folder_are_told_apart() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let missing = folder.path().join("missing.obj");
+        assert!(error_of(&missing).starts_with(&format!("{}: cannot read: ", missing.display())));
+        assert!(error_of(folder.path()).contains(": this is a folder, not a mesh file"));
+    }
+
+    #[test]
+    fn format_is_told_by_extension_then_by_content() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs::write(&path, text).expect("written");
+            path
+        };
+        let triangle = "# exported\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        assert!(read(&write("a.OBJ", triangle)).is_ok());
+        assert!(read(&write("a", triangle)).is_ok());
+        assert!(
+            error_of(&write("b.ply", "")).contains("this is a PLY file, which cannot be read yet")
+        );
+        assert!(error_of(&write("b", "OFF\n3 1 0\n")).contains("this is a OFF file"));
+        assert!(
+            error_of(&write("c.txt", "hello\n")).contains("not a mesh format that is known here")
+        );
+        assert!(error_of(&write("d", "")).contains("help: convert it to Wavefront OBJ"));
+    }
+
+    #[test]
+    fn head_is_what_its_readme_says() {
+        let head = head();
+        let report = MeshReport::of(&head);
+        assert_eq!((report.vertices, report.faces, report.euler()), (16_329, 32_654, 2));
+        assert_eq!((report.components, report.deficiencies()), (1, Vec::new()));
+        assert!(report.require_closed().is_ok());
+        // The README gives six digits.
+        assert!((head.volume() / 3.65847e-3 - 1.0).abs() <= 2e-6);
+        assert!((head.area() / 0.125_775 - 1.0).abs() <= 5e-6);
+        let radii = head.positions().iter().map(|p| p.length());
+        assert!((radii.clone().fold(f64::MAX, f64::min) - 0.0720).abs() <= 5e-5);
+        assert!((radii.fold(0.0, f64::max) - 0.1413).abs() <= 5e-5);
+    }
+
+    #[test]
+    fn head_is_star_shaped_about_the_origin_and_better_about_its_best_centre() {
+        let head = head();
+        let origin = star::require(&head, DVec3::ZERO).expect("star-shaped");
+        assert_eq!((origin.turned_faces, origin.turned_area), (0, 0.0));
+        let (centre, clearance) = star::best_centre(&head).expect("a centre");
+        assert!(clearance >= origin.clearance, "{clearance} {}", origin.clearance);
+        let best = star::test(&head, centre).expect("faces");
+        assert!(best.is_star_shaped() && best.clearance == clearance);
+        // No small step improves it: the objective is concave, so this is the maximum.
+        for i in 0..64 {
+            let u = Stream::new(Randomness::Sobol, 3, i).next_2d();
+            let step = centre + 1e-4 * sampling::uniform_sphere(u);
+            let there = star::test(&head, step).expect("faces").clearance;
+            assert!(there <= clearance + 1e-7, "{there} {clearance}");
+        }
+    }
+
+    /// One face as a surface of its own, and a ball around it, a thousandth of the head wider than need be.
+    struct Single {
+        surface: MeshSurface,
+        middle: DVec3,
+        radius: f64,
+    }
+
+    fn single(mesh: &Mesh, face: usize) -> Single {
+        let (corners, middle) = (mesh.corners(face), mesh.middle(face));
+        let radius = 1e-4 + corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2]]).expect("indices in range");
+        Single { surface: MeshSurface::new(mesh).expect("an area"), middle, radius }
+    }
+
+    #[test]
+    fn tree_equals_brute_force_on_the_head() {
+        let head = head();
+        let radius = 0.1414;
+        let surface = MeshSurface::new(head.clone()).expect("a surface");
+        assert_eq!((surface.area() - head.area(), surface.bounds()), (0.0, head.bounds()));
+        let singles: Vec<_> = (0..head.triangles().len()).map(|f| single(&head, f)).collect();
+        for i in 0..3000 {
+            let [a, b, c, d] = Stream::new(Randomness::Pseudorandom, 5, i).next_4d();
+            let from = radius * sampling::uniform_sphere([a, b]);
+            let to = radius * sampling::uniform_sphere([c, d]);
+            let mut ray = Ray::between(from, to).expect("distinct").up_to(f64::INFINITY);
+            ray.origin -= [0.0, 1.0, 1e5][i as usize % 3] * ray.direction;
+            let near = |s: &&Single| {
+                (s.middle - ray.origin).reject_from(ray.direction).length() <= s.radius
+            };
+            let hits = singles.iter().enumerate().filter(|(_, s)| near(s));
+            let slow = hits
+                .filter_map(|(face, s)| Some((s.surface.hit(&ray)?, face as u32)))
+                .min_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
+            let fast = surface.hit(&ray);
+            assert_eq!(fast.map(|h| h.distance), slow.map(|(h, _)| h.distance));
+            assert_eq!(surface.blocked(&ray), fast.is_some());
+            if let (Some(fast), Some((slow, part))) = (fast, slow) {
+                assert_eq!((fast.point, fast.normal, fast.part), (slow.point, slow.normal, part));
+            }
+        }
+    }
+
+    #[test]
+    fn no_ray_from_inside_the_head_escapes() {
+        let surface = MeshSurface::new(head()).expect("a surface");
+        for (i, &vertex) in surface.mesh().positions().iter().enumerate() {
+            let out = Ray::new(DVec3::ZERO, vertex.normalize());
+            let hit = surface.hit(&out).expect("closed");
+            // Star-shaped: the vertex itself is the only thing there.
+            assert!((hit.distance - vertex.length()).abs() <= 1e-9, "vertex {i}");
+            assert!(surface.blocked(&out) && hit.normal.dot(out.direction) > 0.0);
+        }
+    }
+}

@@ -1,0 +1,497 @@
+//! Rays against a mesh: the tree of `bvh` over the watertight triangle test of Woop, Benthin and Wald ("Watertight Ray/Triangle
+//! Intersection", JCGT 2(1), 2013) in f64.
+//!
+//! Why no ray slips between two faces. Vertices are sheared so that the ray becomes the axis; each vertex is sheared in the same
+//! way for every face. The sign of an edge, c.x b.y - c.y b.x, is that of a comparison of two rounded products; rounding keeps
+//! order, so a sign is right or zero, and where it is zero the exact one is computed from the products' own rounding errors.
+//! Borders belong to both neighbours. The sheared faces thus cover the plane as the exact ones do.
+//!
+//! Error of a hit. The point is a + v (b - a) + w (c - a) with v + w <= 1 + 3u, u = 2^-53. Differences, products and two sums give
+//! at most (1+u)^4 - 1 on every term (pbrt, section 6.8: gamma_4), the excess over 1 moves the point by at most 3u of an edge: with
+//! gamma_7 of |a| + |b - a| + |c - a| the bound holds, its own rounding included. It is a distance from the triangle, not only
+//! from its plane, and neither the length of the ray nor the angle it comes at enters.
+
+use glam::{DVec2, DVec3};
+
+use super::{AreaPoint, Bvh, Hit, Mesh, SampleArea, Surface};
+use crate::math::{Aabb, Ray, sampling};
+use crate::{Error, Result};
+
+/// Answers rays for a mesh.
+#[derive(Debug, Clone)]
+pub struct MeshSurface {
+    mesh: Mesh,
+    tree: Bvh,
+    bounds: Aabb,
+    /// The face at each place of the tree.
+    faces: Vec<u32>,
+    /// The corners of those faces, laid out as the tree visits them.
+    corners: Vec<[[f64; 3]; 3]>,
+    /// The area of the faces up to and with each, m2.
+    areas: Vec<f64>,
+    /// Unit normals of the vertices, when smooth.
+    vertex_normals: Option<Vec<DVec3>>,
+}
+
+/// Bounds the relative error of seven roundings, 7u / (1 - 7u).
+const GAMMA_7: f64 = 7.0 * (0.5 * f64::EPSILON) / (1.0 - 7.0 * (0.5 * f64::EPSILON));
+
+/// A ray turned into the axis `Z`, its largest component.
+struct Shear<const Z: usize> {
+    origin: [f64; 3],
+    /// dx/dz, dy/dz, 1/dz.
+    slopes: [f64; 3],
+}
+
+/// Where a ray meets a triangle: its distance and the weights of the second and third corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Meeting {
+    distance: f64,
+    v: f64,
+    w: f64,
+}
+
+impl MeshSurface {
+    /// Prepares a mesh for rays; it is shaded flat.
+    ///
+    /// # Errors
+    /// [`Error::Geometry`] when a vertex of a face is not finite or no face has an area.
+    pub fn new(mesh: Mesh) -> Result<Self> {
+        let boxes = (0..mesh.triangles().len()).map(|f| Aabb::of_points(mesh.corners(f)));
+        let boxes: Vec<_> = boxes.collect();
+        check_finite(&mesh)?;
+        let areas = cumulative_areas(&mesh)?;
+        let (tree, faces) = Bvh::build_sorted(&boxes);
+        let corners =
+            faces.iter().map(|&f| mesh.corners(f as usize).map(|p| p.to_array())).collect();
+        let bounds = mesh.bounds();
+        Ok(Self { mesh, tree, bounds, faces, corners, areas, vertex_normals: None })
+    }
+
+    /// Prepares a mesh for rays, shaded with normals interpolated between its vertices, whose own are the means of the faces
+    /// around them weighted by angle (Thuermer and Wuethrich 1998). Geometry and geometric normals stay those of the faces.
+    ///
+    /// # Errors
+    /// As [`MeshSurface::new`].
+    pub fn smooth(mesh: Mesh) -> Result<Self> {
+        let mut surface = Self::new(mesh)?;
+        surface.vertex_normals = Some(vertex_normals(&surface.mesh));
+        Ok(surface)
+    }
+
+    /// Gives the mesh.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    fn closest<const Z: usize>(&self, ray: &Ray) -> Option<Hit> {
+        let shear = Shear::<Z>::new(ray);
+        let mut meeting = Meeting { distance: 0.0, v: 0.0, w: 0.0 };
+        let visit = |slot: usize, t_max: f64| {
+            meeting = shear.meet(&self.corners[slot], ray.t_min, t_max)?;
+            Some(meeting.distance)
+        };
+        let (slot, _) = self.tree.closest(ray, visit)?;
+        let face = self.faces[slot];
+        Some(self.hit_at(face, meeting, -ray.direction))
+    }
+
+    fn any<const Z: usize>(&self, ray: &Ray) -> bool {
+        let shear = Shear::<Z>::new(ray);
+        let met = |slot| shear.meet(&self.corners[slot], ray.t_min, ray.t_max).is_some();
+        self.tree.any(ray, met)
+    }
+
+    /// Describes the point of a face with these weights; `back` stands in for the normal of a face without area, which only a
+    /// ray between its two neighbours can meet.
+    fn hit_at(&self, face: u32, at: Meeting, back: DVec3) -> Hit {
+        let [a, b, c] = self.mesh.corners(face as usize);
+        let (ab, ac) = (b - a, c - a);
+        let normal = ab.cross(ac).try_normalize().unwrap_or(back);
+        let size = a.abs() + ab.abs() + ac.abs();
+        Hit {
+            distance: at.distance,
+            point: a + at.v * ab + at.w * ac,
+            normal,
+            shading_normal: self.shading_normal(face, at, normal),
+            error: GAMMA_7 * size.length(),
+            part: face,
+        }
+    }
+
+    /// Interpolates the vertex normals where there are any and they look to the side of the face.
+    fn shading_normal(&self, face: u32, at: Meeting, normal: DVec3) -> DVec3 {
+        let Some(normals) = &self.vertex_normals else { return normal };
+        let [a, b, c] = self.mesh.triangles()[face as usize].map(|v| normals[v as usize]);
+        let mean = (1.0 - at.v - at.w) * a + at.v * b + at.w * c;
+        mean.try_normalize().filter(|n| n.dot(normal) > 0.0).unwrap_or(normal)
+    }
+}
+
+impl Surface for MeshSurface {
+    fn hit(&self, ray: &Ray) -> Option<Hit> {
+        match largest_axis(ray.direction) {
+            0 => self.closest::<0>(ray),
+            1 => self.closest::<1>(ray),
+            _ => self.closest::<2>(ray),
+        }
+    }
+
+    fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    fn blocked(&self, ray: &Ray) -> bool {
+        match largest_axis(ray.direction) {
+            0 => self.any::<0>(ray),
+            1 => self.any::<1>(ray),
+            _ => self.any::<2>(ray),
+        }
+    }
+}
+
+impl SampleArea for MeshSurface {
+    fn area(&self) -> f64 {
+        self.areas.last().copied().unwrap_or(0.0)
+    }
+
+    fn sample_area(&self, u: DVec2) -> AreaPoint {
+        let (face, rest) = sampling::discrete(&self.areas, u.x);
+        let weights = sampling::uniform_triangle([rest, u.y]);
+        let at = Meeting { distance: 0.0, v: weights.y, w: weights.z };
+        AreaPoint { hit: self.hit_at(face as u32, at, DVec3::Z), density: 1.0 / self.area() }
+    }
+
+    fn density(&self, _: &Hit) -> f64 {
+        1.0 / self.area()
+    }
+}
+
+impl<const Z: usize> Shear<Z> {
+    const X: usize = (Z + 1) % 3;
+    const Y: usize = (Z + 2) % 3;
+
+    fn new(ray: &Ray) -> Self {
+        let d = ray.direction;
+        let slopes = [d[Self::X] / d[Z], d[Self::Y] / d[Z], 1.0 / d[Z]];
+        Self { origin: ray.origin.to_array(), slopes }
+    }
+
+    #[inline]
+    fn map(&self, p: &[f64; 3]) -> [f64; 3] {
+        let z = p[Z] - self.origin[Z];
+        let x = p[Self::X] - self.origin[Self::X];
+        let y = p[Self::Y] - self.origin[Self::Y];
+        [x - self.slopes[0] * z, y - self.slopes[1] * z, z]
+    }
+
+    /// Meets a triangle from either side between two distances.
+    #[inline]
+    fn meet(&self, corners: &[[f64; 3]; 3], t_min: f64, t_max: f64) -> Option<Meeting> {
+        let [a, b, c] = [self.map(&corners[0]), self.map(&corners[1]), self.map(&corners[2])];
+        let (mut u, mut v, mut w) = (side(c, b), side(a, c), side(b, a));
+        if u.min(v).min(w) < 0.0 && u.max(v).max(w) > 0.0 {
+            return None;
+        }
+        if u == 0.0 || v == 0.0 || w == 0.0 {
+            (u, v, w) = (exact_side(c, b), exact_side(a, c), exact_side(b, a));
+            if u.min(v).min(w) < 0.0 && u.max(v).max(w) > 0.0 {
+                return None;
+            }
+        }
+        let sum = u + v + w;
+        if sum == 0.0 {
+            return None;
+        }
+        let distance = (u * a[2] + v * b[2] + w * c[2]) / sum * self.slopes[2];
+        let counts = t_min <= distance && distance <= t_max;
+        counts.then(|| Meeting { distance, v: v / sum, w: w / sum })
+    }
+}
+
+/// Gives the axis along which a vector is longest.
+fn largest_axis(d: DVec3) -> usize {
+    let d = d.abs();
+    if d.x > d.y && d.x > d.z {
+        0
+    } else if d.y > d.z {
+        1
+    } else {
+        2
+    }
+}
+
+/// Tells on which side of the edge from q to p the axis passes: twice a signed area, its sign right or zero.
+#[inline]
+fn side(p: [f64; 3], q: [f64; 3]) -> f64 {
+    p[0] * q[1] - p[1] * q[0]
+}
+
+/// Does the same with the rounding errors of both products taken back: zero only where the axis passes through the edge to
+/// within the rounding of those errors themselves.
+#[cold]
+fn exact_side(p: [f64; 3], q: [f64; 3]) -> f64 {
+    let (left, right) = (p[0] * q[1], p[1] * q[0]);
+    let (left_error, right_error) = (p[0].mul_add(q[1], -left), p[1].mul_add(q[0], -right));
+    (left - right) + (left_error - right_error)
+}
+
+/// Sums the areas face by face.
+fn cumulative_areas(mesh: &Mesh) -> Result<Vec<f64>> {
+    let mut sum = 0.0;
+    let mut add = |face| {
+        sum += mesh.area_vector(face).length();
+        sum
+    };
+    let areas: Vec<f64> = (0..mesh.triangles().len()).map(&mut add).collect();
+    if areas.last().is_some_and(|&total| total > 0.0 && total.is_finite()) {
+        return Ok(areas);
+    }
+    Err(Error::Geometry(format!(
+        "the mesh has {} faces and together they have no area that a ray could meet; give it at least one \
+         triangle with three distinct corners not in a line",
+        areas.len()
+    )))
+}
+
+/// Refuses vertices that no ray can be compared with.
+fn check_finite(mesh: &Mesh) -> Result<()> {
+    let used = mesh.triangles().iter().flatten();
+    match used.copied().find(|&v| !mesh.positions()[v as usize].is_finite()) {
+        None => Ok(()),
+        Some(vertex) => Err(Error::Geometry(format!(
+            "vertex {vertex} (from 0) of the mesh is at {}, which is not finite; mend its coordinates or remove \
+             the faces that use it",
+            mesh.positions()[vertex as usize]
+        ))),
+    }
+}
+
+/// Averages the normals of the faces around each vertex by the angle they have there.
+fn vertex_normals(mesh: &Mesh) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; mesh.positions().len()];
+    for (face, triangle) in mesh.triangles().iter().enumerate() {
+        let Some(normal) = mesh.normal(face) else { continue };
+        let corners = mesh.corners(face);
+        for i in 0..3 {
+            let (next, last) =
+                (corners[(i + 1) % 3] - corners[i], corners[(i + 2) % 3] - corners[i]);
+            normals[triangle[i] as usize] += next.angle_between(last) * normal;
+        }
+    }
+    normals.into_iter().map(DVec3::normalize_or_zero).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::mesh::shapes;
+    use super::*;
+    use crate::math::{Randomness, Stream};
+
+    fn numbers() -> Stream {
+        Stream::new(Randomness::Pseudorandom, 11, 0)
+    }
+
+    fn direction(stream: &mut Stream) -> DVec3 {
+        sampling::uniform_sphere(stream.next_2d())
+    }
+
+    fn point(stream: &mut Stream) -> DVec3 {
+        let [x, y, z, _] = stream.next_4d();
+        DVec3::new(x, y, z)
+    }
+
+    /// The slow truth: the same test against every face.
+    fn brute_force(surface: &MeshSurface, ray: &Ray) -> Option<f64> {
+        let meet = |corners: &[[f64; 3]; 3]| match largest_axis(ray.direction) {
+            0 => Shear::<0>::new(ray).meet(corners, ray.t_min, ray.t_max),
+            1 => Shear::<1>::new(ray).meet(corners, ray.t_min, ray.t_max),
+            _ => Shear::<2>::new(ray).meet(corners, ray.t_min, ray.t_max),
+        };
+        surface.corners.iter().filter_map(meet).map(|m| m.distance).reduce(f64::min)
+    }
+
+    #[test]
+    fn mesh_without_area_is_refused() {
+        assert!(MeshSurface::new(Mesh::default()).is_err());
+        let line = Mesh::new(vec![DVec3::ZERO, DVec3::X, 2.0 * DVec3::X], vec![[0, 1, 2]]);
+        assert!(MeshSurface::new(line.expect("indices in range")).is_err());
+        let nan = Mesh::new(vec![DVec3::NAN, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
+        let error = MeshSurface::new(nan.expect("indices in range")).unwrap_err().to_string();
+        assert!(error.starts_with("vertex 0 (from 0) of the mesh is at [NaN, NaN, NaN]"));
+    }
+
+    #[test]
+    fn cube_is_hit_where_it_is() {
+        let cube = MeshSurface::new(shapes::cube()).expect("a surface");
+        let hit = cube.hit(&Ray::new(DVec3::new(0.25, 0.5, 3.0), DVec3::NEG_Z)).expect("above");
+        assert_eq!((hit.distance, hit.normal, hit.shading_normal), (2.0, DVec3::Z, DVec3::Z));
+        assert!((hit.point - DVec3::new(0.25, 0.5, 1.0)).length() <= hit.error);
+        // From inside the normal still looks out.
+        let hit = cube.hit(&Ray::new(DVec3::splat(0.4), DVec3::X)).expect("inside");
+        assert_eq!((hit.normal, hit.distance), (DVec3::X, 0.6));
+        assert!(cube.hit(&Ray::new(DVec3::splat(0.4), DVec3::X).up_to(0.59)).is_none());
+        let beyond = Ray { t_min: 0.61, ..Ray::new(DVec3::splat(0.4), DVec3::X) };
+        assert!(cube.hit(&beyond).is_none() && !cube.blocked(&beyond));
+        assert!(cube.hit(&Ray::new(DVec3::splat(2.0), DVec3::X)).is_none());
+    }
+
+    #[test]
+    fn tree_equals_brute_force_on_triangle_soup() {
+        let mut stream = numbers();
+        for size in [1.0, 0.2, 0.01] {
+            let positions: Vec<_> = (0..200)
+                .flat_map(|_| {
+                    let at = point(&mut stream);
+                    [0, 1, 2].map(|_| at + size * (point(&mut stream) - 0.5))
+                })
+                .collect();
+            let triangles = (0..200).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            let mesh = Mesh::new(positions, triangles).expect("indices in range");
+            let soup = MeshSurface::new(mesh).expect("a surface");
+            for i in 0..3000 {
+                let d = direction(&mut stream);
+                let distance = [0.0, 1.0, 1e3, 1e6, 1e10][i % 5];
+                let ray = Ray::new(point(&mut stream) - distance * d, d);
+                let ray = if i % 2 == 0 { ray } else { ray.up_to(distance + 0.3) };
+                let hit = soup.hit(&ray).map(|h| h.distance);
+                assert_eq!(hit, brute_force(&soup, &ray), "{ray:?}");
+                assert_eq!(soup.blocked(&ray), hit.is_some());
+            }
+        }
+    }
+
+    #[test]
+    fn rays_in_the_planes_of_faces_agree_with_brute_force() {
+        let cube = MeshSurface::new(shapes::cube()).expect("a surface");
+        let axes = [DVec3::X, DVec3::NEG_Y, DVec3::new(0.6, 0.8, 0.0), DVec3::new(-0.0, 0.6, -0.8)];
+        for d in axes {
+            for i in 0..27 {
+                let through =
+                    0.5 * DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9));
+                for distance in [0.0, 3.0, 3e6] {
+                    let ray = Ray::new(through - distance * d, d);
+                    let hit = cube.hit(&ray).map(|h| h.distance);
+                    assert_eq!(hit, brute_force(&cube, &ray), "{ray:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_ray_slips_through_vertices_and_edges() {
+        let mut stream = numbers();
+        let meshes = [
+            shapes::cube().translated(DVec3::splat(-0.5)),
+            shapes::sphere(3),
+            shapes::sphere(2).translated(DVec3::new(0.1, -0.2, 0.3)),
+        ];
+        for mesh in meshes {
+            let surface = MeshSurface::new(mesh).expect("a surface");
+            for face in 0..surface.mesh.triangles().len() {
+                let [a, b, c] = surface.mesh.corners(face);
+                let [s, t] = stream.next_2d();
+                // From inside through a vertex, a middle of an edge and any point of it.
+                for target in [a, 0.5 * (a + b), a + s * (b - a), b + t * (c - b)] {
+                    let from = 0.1 * (point(&mut stream) - 0.5);
+                    for origin in [DVec3::ZERO, from] {
+                        let out = Ray::new(origin, (target - origin).normalize());
+                        assert!(surface.hit(&out).is_some() && surface.blocked(&out), "{out:?}");
+                        // And from far outside towards the inside: through both walls.
+                        for distance in [2.0, 1e3, 1e6] {
+                            let back = Ray::new(target + distance * out.direction, -out.direction);
+                            let hit = surface.hit(&back);
+                            let near = hit.is_some_and(|h| h.distance <= distance + 1e-6);
+                            assert!(near, "{back:?} {hit:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn error_bounds_the_distance_from_the_plane() {
+        // Thin, large and far triangles; the plane is evaluated in twice the precision by splitting the dot product.
+        let mut stream = numbers();
+        for i in 0..3000 {
+            let offset = [0.0, 1.0, 1e4, 1e8][i % 4] * (point(&mut stream) - 0.5);
+            let thin = [1.0, 1e-3, 1e-7][i % 3];
+            let a = offset + point(&mut stream);
+            let (b, c) = (a + point(&mut stream), a + thin * point(&mut stream));
+            let mesh = Mesh::new(vec![a, b, c], vec![[0, 1, 2]]).expect("indices in range");
+            let Ok(surface) = MeshSurface::new(mesh) else { continue };
+            let sample = surface.sample_area(DVec2::from(stream.next_2d()));
+            let ray = Ray::between(offset + point(&mut stream) * 3.0, sample.hit.point);
+            for hit in ray
+                .and_then(|r| surface.hit(&Ray { t_max: f64::INFINITY, ..r }))
+                .into_iter()
+                .chain([sample.hit])
+            {
+                // Both differences are exact to u of the coordinates at most, which the bound exceeds many times.
+                let off = (hit.point - a).dot((b - a).cross(c - a).normalize());
+                let slack = 4.0
+                    * f64::EPSILON
+                    * (hit.point - a).length()
+                    * (b - a).length()
+                    * (c - a).length()
+                    / (b - a).cross(c - a).length();
+                assert!(off.abs() <= hit.error + slack, "{off} {} {slack}", hit.error);
+            }
+        }
+    }
+
+    #[test]
+    fn leaving_rays_never_meet_the_face_they_leave() {
+        let mut stream = numbers();
+        let sphere =
+            MeshSurface::new(shapes::sphere(2).translated(DVec3::splat(30.0))).expect("a surface");
+        for i in 0..20_000 {
+            let hit = sphere.sample_area(DVec2::from(stream.next_2d())).hit;
+            // From steep to grazing: down to 1e-9 radians above the plane.
+            let frame = crate::math::Frame::about(hit.normal);
+            let along =
+                frame.to_world(sampling::uniform_sphere(stream.next_2d()).with_z(0.0).normalize());
+            let rise = 10.0_f64.powi(-(i % 10)) * stream.next_2d()[0];
+            let out = hit.leave((along + rise * hit.normal).normalize());
+            assert!(sphere.hit(&out).is_none(), "convex: {out:?}");
+            let inward = hit.leave((along - rise * hit.normal).normalize());
+            assert!(sphere.hit(&inward).is_none_or(|h| h.part != hit.part), "{inward:?}");
+        }
+    }
+
+    #[test]
+    fn smooth_normals_are_those_of_the_sphere() {
+        let smooth = MeshSurface::smooth(shapes::sphere(4)).expect("a surface");
+        let (mut worst, mut flat) = (0.0_f64, 0.0_f64);
+        let mut stream = numbers();
+        for _ in 0..1000 {
+            let d = direction(&mut stream);
+            let hit = smooth.hit(&Ray::new(DVec3::ZERO, d)).expect("from inside");
+            assert!((hit.shading_normal.length() - 1.0).abs() <= 1e-14);
+            worst = worst.max(hit.shading_normal.angle_between(d));
+            flat = flat.max(hit.normal.angle_between(d));
+        }
+        // Faces of about 0.1 radians: flat normals are off by up to that, interpolated ones by its square.
+        assert!(flat > 0.05 && worst <= 0.02, "{worst} {flat}");
+    }
+
+    #[test]
+    fn area_samples_are_uniform_and_on_the_surface() {
+        let l_shape = MeshSurface::new(shapes::l_shape()).expect("a surface");
+        assert!((l_shape.area() - 22.0).abs() <= 1e-13);
+        let n = 128;
+        let (mut top, mut mean) = (0.0, DVec3::ZERO);
+        for i in 0..n * n {
+            let u = (DVec2::new(f64::from(i / n), f64::from(i % n)) + 0.5) / f64::from(n);
+            let AreaPoint { hit, density } = l_shape.sample_area(u);
+            assert_eq!((density, l_shape.density(&hit)), (1.0 / 22.0, 1.0 / 22.0));
+            top += f64::from(u8::from(hit.normal.z > 0.5));
+            mean += hit.point;
+        }
+        let n = f64::from(n * n);
+        // A regular grid over 20 triangles: good to about one column of it.
+        assert!((top / n - 5.0 / 22.0).abs() <= 1e-2);
+        assert!((mean.z / n - 0.5).abs() <= 1e-2);
+    }
+}

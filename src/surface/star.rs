@@ -1,0 +1,358 @@
+//! The star-shape test: does a point see every face of a mesh from inside, and which point sees them best?
+//!
+//! The clearance of a point c is the least signed distance to the planes of the faces, min n_i.(v_i - c); it is positive where c
+//! sees all faces, and is then the radius of the largest ball about c that does. The best centre maximises it: a linear program
+//! with four unknowns, max rho subject to n_i.c + rho <= n_i.v_i, solved by constraint generation, since only a few faces bind.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use microlp::{ComparisonOp, OptimizationDirection, Problem};
+
+use super::Mesh;
+use crate::{Error, Result};
+
+/// Tells how the faces of a mesh look from a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StarReport {
+    /// The point, metres.
+    pub about: DVec3,
+    /// The least signed distance, metres, from the point to the plane of a face: positive if and only if the point sees every
+    /// face from inside.
+    pub clearance: f64,
+    /// The face whose plane that is.
+    pub worst_face: usize,
+    /// The middle of that face, metres.
+    pub worst_position: DVec3,
+    /// How many faces turn away (or are seen edge-on).
+    pub turned_faces: usize,
+    /// Their share of the area, 0 to 1.
+    pub turned_area: f64,
+    /// The solid angle they fill over 4 pi; an upper bound, 0 to 1, of the share of directions that meet one of them.
+    pub turned_solid_angle: f64,
+}
+
+impl StarReport {
+    /// Tells whether the mesh is star-shaped about the point.
+    pub fn is_star_shaped(&self) -> bool {
+        self.clearance > 0.0
+    }
+}
+
+/// Examines how the faces of a mesh look from `about`, metres. Faces without area are passed over.
+///
+/// # Errors
+/// [`Error::Geometry`] when no face has an area or a vertex of one is not finite.
+///
+/// ```
+/// use glam::DVec3;
+/// use harmolux::surface::{Mesh, star};
+/// let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+/// let mesh = Mesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])?;
+/// assert!(star::test(&mesh, DVec3::splat(0.1))?.is_star_shaped());
+/// let (centre, clearance) = star::best_centre(&mesh)?;
+/// // The inscribed ball of the corner of a cube: radius 1/(3 + sqrt 3).
+/// assert!((clearance - 1.0 / (3.0 + 3.0_f64.sqrt())).abs() < 1e-6);
+/// # Ok::<(), harmolux::Error>(())
+/// ```
+pub fn test(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
+    let planes = Plane::of_faces(mesh)?;
+    let (mut area, mut turned_area, mut solid_angle, mut turned_faces) = (0.0, 0.0, 0.0, 0);
+    for plane in &planes {
+        area += plane.area;
+        if plane.clearance(about) <= 0.0 {
+            turned_faces += 1;
+            turned_area += plane.area;
+            solid_angle += seen_solid_angle(mesh.corners(plane.face), about).abs();
+        }
+    }
+    let (worst, clearance) = least_clearance(&planes, about);
+    Ok(StarReport {
+        about,
+        clearance,
+        worst_face: worst,
+        worst_position: mesh.middle(worst),
+        turned_faces,
+        turned_area: turned_area / area,
+        turned_solid_angle: (solid_angle / (4.0 * PI)).min(1.0),
+    })
+}
+
+/// Asks for a mesh that is star-shaped about `about`.
+///
+/// # Errors
+/// [`Error::Geometry`] when it is not, saying how much of it turns away, where most, and which centre would do better; and as
+/// [`test`].
+pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
+    let report = test(mesh, about)?;
+    if report.is_star_shaped() {
+        return Ok(report);
+    }
+    let advice = match best_centre(mesh)? {
+        (centre, clearance) if clearance > 0.0 => format!(
+            "it is star-shaped about ({centre:.6}), which every face clears by {clearance:.3e} m: expand about that centre"
+        ),
+        (centre, clearance) => format!(
+            "no centre sees all of it; the best, ({centre:.6}), lies {:.3e} m behind a face: fit the outer envelope \
+             about it, or remove the folds",
+            -clearance
+        ),
+    };
+    Err(Error::Geometry(format!("{}; {advice}", sentence(&report))))
+}
+
+/// Says what is wrong about a point.
+fn sentence(report: &StarReport) -> String {
+    format!(
+        "the mesh is not star-shaped about ({:.6}): {} faces with {:.3} % of the area and at most {:.3} % of the \
+         directions turn away from it, the worst is face {} (from 0) at ({:.6}), whose plane has the point {:.3e} m \
+         on its outer side",
+        report.about,
+        report.turned_faces,
+        100.0 * report.turned_area,
+        100.0 * report.turned_solid_angle,
+        report.worst_face,
+        report.worst_position,
+        -report.clearance
+    )
+}
+
+/// Finds the centre, metres, with the largest clearance, metres, within the bounds of the mesh. A positive clearance says that the
+/// mesh is star-shaped about it; the clearance is that of the centre given, and within 1e-6 of the size of the mesh of the best.
+///
+/// # Errors
+/// As [`test`]; [`Error::Numeric`] when the linear program fails.
+pub fn best_centre(mesh: &Mesh) -> Result<(DVec3, f64)> {
+    let planes = Plane::of_faces(mesh)?;
+    let bounds = mesh.bounds();
+    let unit = Unit { middle: bounds.centre(), size: 0.5 * bounds.extent().max_element() };
+    let half = bounds.extent() / (2.0 * unit.size);
+    let scaled: Vec<Row> = planes.iter().map(|p| unit.row(p)).collect();
+    // Any few faces start it: the extreme ones are found within a few rounds.
+    let mut chosen: Vec<usize> = (0..scaled.len()).step_by(scaled.len().div_ceil(START)).collect();
+    let mut in_use = vec![false; scaled.len()];
+    for &i in &chosen {
+        in_use[i] = true;
+    }
+    for _ in 0..ROUNDS {
+        let (centre, rho) = solve(&chosen.iter().map(|&i| scaled[i]).collect::<Vec<_>>(), half)?;
+        let missed = most_violated(&scaled, &in_use, centre, rho);
+        if missed.is_empty() {
+            let centre = unit.middle + unit.size * centre;
+            return Ok((centre, least_clearance(&planes, centre).1));
+        }
+        for &i in &missed {
+            in_use[i] = true;
+        }
+        chosen.extend(missed);
+    }
+    Err(Error::Numeric(format!(
+        "the search for the best centre did not settle in {ROUNDS} rounds; give the centre yourself"
+    )))
+}
+
+/// Faces the search starts with.
+const START: usize = 32;
+/// Violated faces taken in a round.
+const TAKEN: usize = 16;
+/// Rounds after which the search gives up; the head takes about ten.
+const ROUNDS: usize = 1000;
+/// The tolerance of the linear program, which a face must miss by more to be taken, in units of half the size of the mesh.
+const TOLERANCE: f64 = 2e-7;
+
+/// The plane of a face: points x with normal.x = offset.
+struct Plane {
+    face: usize,
+    normal: DVec3,
+    corner: DVec3,
+    area: f64,
+}
+
+impl Plane {
+    /// Collects the planes of all faces that have an area.
+    fn of_faces(mesh: &Mesh) -> Result<Vec<Self>> {
+        let plane = |face| {
+            let area = mesh.area_vector(face).length();
+            let normal = mesh.normal(face)?;
+            Some(Self { face, normal, corner: mesh.corners(face)[0], area })
+        };
+        let faces = 0..mesh.triangles().len();
+        if let Some(face) = faces.clone().find(|&f| mesh.corners(f).iter().any(|p| !p.is_finite()))
+        {
+            return Err(Error::Geometry(format!(
+                "face {face} (from 0) has a vertex that is not finite; mend its coordinates or remove the face"
+            )));
+        }
+        let planes: Vec<_> = faces.filter_map(plane).collect();
+        if planes.is_empty() {
+            return Err(Error::Geometry(
+                "no face of the mesh has an area, so no point can be said to see it; check the file".to_owned(),
+            ));
+        }
+        Ok(planes)
+    }
+
+    /// Gives the signed distance from a point, positive on the inner side.
+    fn clearance(&self, from: DVec3) -> f64 {
+        self.normal.dot(self.corner - from)
+    }
+}
+
+/// Finds the face whose plane a point clears least, and by how much.
+fn least_clearance(planes: &[Plane], from: DVec3) -> (usize, f64) {
+    let all = planes.iter().map(|p| (p.face, p.clearance(from)));
+    all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::NEG_INFINITY))
+}
+
+/// Gives the signed solid angle of a triangle (Van Oosterom and Strackee 1983), positive where its inner side is seen.
+fn seen_solid_angle(corners: [DVec3; 3], from: DVec3) -> f64 {
+    let [a, b, c] = corners.map(|p| p - from);
+    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    2.0 * a.dot(b.cross(c)).atan2(below)
+}
+
+/// The units of the linear program: the mesh within [-1, 1], where microlp's absolute tolerance of 1e-7 means something.
+struct Unit {
+    middle: DVec3,
+    size: f64,
+}
+
+/// One constraint: normal.c + rho <= offset.
+#[derive(Clone, Copy)]
+struct Row {
+    normal: DVec3,
+    offset: f64,
+}
+
+impl Unit {
+    fn row(&self, plane: &Plane) -> Row {
+        Row { normal: plane.normal, offset: plane.clearance(self.middle) / self.size }
+    }
+}
+
+/// Solves the linear program for these faces, the centre within a box of these half edges.
+fn solve(rows: &[Row], half: DVec3) -> Result<(DVec3, f64)> {
+    let mut problem = Problem::new(OptimizationDirection::Maximize);
+    let c = half.to_array().map(|h| problem.add_var(0.0, (-h, h)));
+    // No plane of a mesh within [-1, 1] is farther than sqrt 12 from a point within.
+    let rho = problem.add_var(1.0, (-4.0, 4.0));
+    for Row { normal: n, offset } in rows {
+        let sum = [(c[0], n.x), (c[1], n.y), (c[2], n.z), (rho, 1.0)];
+        problem.add_constraint(sum, ComparisonOp::Le, *offset);
+    }
+    let failed = |reason: String| {
+        Error::Numeric(format!(
+            "the linear program for the best centre failed ({reason}); give the centre yourself"
+        ))
+    };
+    let outcome = problem.solve().map_err(|e| failed(e.to_string()))?;
+    let solution = outcome.solution().ok_or_else(|| failed("no solution".to_owned()))?;
+    let centre = DVec3::from_array(c.map(|v| solution.var_value(v)));
+    Ok((centre, solution.var_value(rho)))
+}
+
+/// Lists up to a few faces, the worst first, that are not in use and that the solution violates.
+fn most_violated(rows: &[Row], in_use: &[bool], centre: DVec3, rho: f64) -> Vec<usize> {
+    let excess = |row: &Row| row.normal.dot(centre) + rho - row.offset;
+    let mut missed: Vec<(f64, usize)> = rows
+        .iter()
+        .enumerate()
+        .filter(|&(i, _)| !in_use[i])
+        .map(|(i, row)| (excess(row), i))
+        .filter(|&(e, _)| e > TOLERANCE)
+        .collect();
+    if missed.len() > TAKEN {
+        missed.select_nth_unstable_by(TAKEN, |a, b| b.0.total_cmp(&a.0));
+        missed.truncate(TAKEN);
+    }
+    missed.into_iter().map(|(_, i)| i).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::mesh::shapes;
+    use super::*;
+
+    #[test]
+    fn mesh_without_faces_or_with_nan_is_refused() {
+        assert!(test(&Mesh::default(), DVec3::ZERO).is_err());
+        assert!(best_centre(&Mesh::default()).is_err());
+        let nan = Mesh::new(vec![DVec3::NAN, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
+        assert!(best_centre(&nan.expect("indices in range")).is_err());
+    }
+
+    #[test]
+    fn flat_and_open_meshes_have_an_answer() {
+        let flat = Mesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
+        let (_, clearance) = best_centre(&flat.expect("indices in range")).expect("an answer");
+        assert!(clearance.abs() <= 1e-12);
+    }
+
+    #[test]
+    fn cube_is_star_shaped_about_inner_points_only() {
+        let cube = shapes::cube();
+        let inner = test(&cube, DVec3::new(0.2, 0.5, 0.6)).expect("faces");
+        assert!(inner.is_star_shaped() && (inner.clearance - 0.2).abs() <= 1e-15);
+        assert_eq!(
+            (inner.turned_faces, inner.turned_area, inner.turned_solid_angle),
+            (0, 0.0, 0.0)
+        );
+        // On a face: seen edge-on. Half a unit above: its solid angle is that of a cube's face, one sixth.
+        assert!(!test(&cube, DVec3::new(0.5, 0.5, 1.0)).expect("faces").is_star_shaped());
+        let outer = test(&cube, DVec3::new(0.5, 0.5, 1.5)).expect("faces");
+        assert_eq!((outer.clearance, outer.turned_faces), (-0.5, 2));
+        assert!((outer.turned_area - 1.0 / 6.0).abs() <= 1e-15);
+        assert!((outer.turned_solid_angle - 1.0 / 6.0).abs() <= 1e-15);
+        assert_eq!(cube.normal(outer.worst_face), Some(DVec3::Z));
+        assert_eq!(outer.worst_position.z, 1.0);
+    }
+
+    #[test]
+    fn best_centre_of_a_cube_is_its_middle() {
+        // Far away and small: the program works in the units of the mesh.
+        let mesh = shapes::cube().scaled(1e-3).expect("positive").translated(DVec3::splat(100.0));
+        let (centre, clearance) = best_centre(&mesh).expect("faces");
+        assert!((centre - DVec3::splat(100.0 + 5e-4)).length() <= 1e-9);
+        assert!((clearance - 5e-4).abs() <= 1e-9);
+    }
+
+    #[test]
+    fn l_shape_is_star_shaped_about_its_inner_corner() {
+        let l_shape = shapes::l_shape();
+        let (centre, clearance) = best_centre(&l_shape).expect("faces");
+        // The kernel is the unit cube.
+        assert!((clearance - 0.5).abs() <= 1e-6 && (centre - DVec3::splat(0.5)).length() <= 1e-6);
+        assert!(require(&l_shape, DVec3::splat(0.5)).is_ok());
+        let error = require(&l_shape, DVec3::new(2.5, 0.5, 0.5)).unwrap_err().to_string();
+        assert!(error.contains("2 faces with 9.091 % of the area"), "{error}");
+        assert!(error.contains("it is star-shaped about ([0.5"), "{error}");
+    }
+
+    #[test]
+    fn u_shape_is_star_shaped_about_no_point() {
+        let u_shape = shapes::u_shape();
+        let (centre, clearance) = best_centre(&u_shape).expect("faces");
+        // Its inner walls look at each other: x <= 1 and x >= 2 both, best half-way.
+        assert!((clearance + 0.5).abs() <= 1e-6 && (centre.x - 1.5).abs() <= 1e-6);
+        let error = require(&u_shape, DVec3::new(1.5, 0.5, 0.5)).unwrap_err().to_string();
+        assert!(error.contains("no centre sees all of it"), "{error}");
+        assert!(error.contains("fit the outer envelope"), "{error}");
+    }
+
+    #[test]
+    fn constraint_generation_equals_the_full_program() {
+        // A lumpy star: 2048 faces, none of them special.
+        let lumpy = |p: DVec3| p * (1.0 + 0.3 * (3.0 * p.x).sin() * (5.0 * p.y).cos() + 0.1 * p.z);
+        let sphere = shapes::sphere(4);
+        let positions = sphere.positions().iter().map(|&p| lumpy(p)).collect();
+        let mesh = Mesh::new(positions, sphere.triangles().to_vec()).expect("indices in range");
+        let unit = Unit { middle: DVec3::ZERO, size: 1.0 };
+        let planes = Plane::of_faces(&mesh).expect("faces");
+        let rows: Vec<_> = planes.iter().map(|p| unit.row(p)).collect();
+        let (_, rho) = solve(&rows, DVec3::splat(1.5)).expect("a solution");
+        let (centre, clearance) = best_centre(&mesh).expect("faces");
+        assert!((clearance - rho).abs() <= 1e-6, "{clearance} {rho}");
+        assert!((test(&mesh, centre).expect("faces").clearance - clearance).abs() <= 0.0);
+    }
+}

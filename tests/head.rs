@@ -1,0 +1,205 @@
+//! The head: its fit against the figures of data/README.md, mesh and SH body against each other.
+
+use std::path::Path;
+
+use glam::DVec3;
+use harmolux::io::meshes;
+use harmolux::math::Ray;
+use harmolux::math::sampling::uniform_sphere;
+use harmolux::sh::volume;
+use harmolux::surface::{
+    Intersector, Mesh, MeshSurface, RadialError, ShSurface, StepBisection, Surface,
+    project_conforming, project_grid, radial_error,
+};
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+fn head() -> Mesh {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj");
+    meshes::read(&path).expect("the head can be read")
+}
+
+/// Rounds to as many digits as data/README.md gives.
+fn percent(x: f64, digits: usize) -> String {
+    format!("{:.digits$}", 100.0 * x)
+}
+
+#[test]
+fn fit_has_the_published_errors_and_volume() {
+    let mesh = head();
+    let finest = project_conforming(&mesh, DVec3::ZERO, 128).expect("fits");
+    assert_eq!(format!("{:.7}", finest.mean()), "0.0939276");
+    let error = |lmax| -> RadialError {
+        let e = radial_error(&mesh, DVec3::ZERO, &finest.truncated(lmax)).expect("valid degree");
+        RadialError { rms: e.rms / finest.mean(), max: e.max / finest.mean() }
+    };
+    for (lmax, rms) in
+        [(4, "3.654"), (8, "1.726"), (16, "0.933"), (32, "0.519"), (64, "0.248"), (128, "0.079")]
+    {
+        assert_eq!(percent(error(lmax).rms, 3), rms, "degree {lmax}");
+    }
+    assert_eq!(percent(error(32).max, 1), "13.9");
+    assert_eq!(percent(error(128).max, 1), "2.9");
+    let of_degree_32 = volume(&finest.truncated(32)).expect("valid degree");
+    assert_eq!(format!("{:.5}", 1e3 * of_degree_32), "3.65818");
+}
+
+#[test]
+fn conforming_projection_is_converged() {
+    // Splitting every face in four quarters the work's error at least 2^6-fold: the difference is the error of the coarse one.
+    let mesh = head();
+    let coarse = project_conforming(&mesh, DVec3::ZERO, 32).expect("fits");
+    let fine = project_conforming(&split_faces(&mesh), DVec3::ZERO, 32).expect("fits");
+    let pairs = coarse
+        .cosines()
+        .iter()
+        .chain(coarse.sines())
+        .zip(fine.cosines().iter().chain(fine.sines()));
+    let worst = pairs.fold(0.0_f64, |w, (a, b)| w.max((a - b).abs()));
+    assert!(worst <= 1e-7 * coarse.mean(), "{:e}", worst / coarse.mean());
+}
+
+fn split_faces(mesh: &Mesh) -> Mesh {
+    let mut positions = Vec::new();
+    let mut faces = Vec::new();
+    for face in 0..mesh.triangles().len() {
+        let [a, b, c] = mesh.corners(face);
+        let first = u32::try_from(positions.len()).expect("small");
+        positions.extend([a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)]);
+        faces.extend(
+            [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]].map(|f: [u32; 3]| f.map(|i| i + first)),
+        );
+    }
+    Mesh::new(positions, faces).expect("as valid as the whole")
+}
+
+#[test]
+fn grid_projection_agrees_with_the_conforming_one() {
+    let mesh = head();
+    let exact = project_conforming(&mesh, DVec3::ZERO, 32).expect("fits");
+    let surface = MeshSurface::new(mesh).expect("valid");
+    let largest = |oversampling| {
+        let grid = project_grid(&surface, DVec3::ZERO, 32, oversampling).expect("fits");
+        let pairs = grid
+            .cosines()
+            .iter()
+            .chain(grid.sines())
+            .zip(exact.cosines().iter().chain(exact.sines()));
+        pairs.fold(0.0_f64, |w, (a, b)| w.max((a - b).abs())) / exact.mean()
+    };
+    // A mesh is not band-limited: what is beyond the grid's degree aliases, to about 1e-3 on the smallest grid and 3e-5 on one four times finer.
+    let (coarse, fine) = (largest(1), largest(4));
+    assert!(coarse <= 5e-3 && fine <= 1e-4 && fine <= 0.1 * coarse, "{coarse:e} {fine:e}");
+}
+
+/// Random chords of a ball.
+fn chords(radius: f64, count: usize, seed: u64) -> Vec<Ray> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut point = || radius * uniform_sphere(rng.random());
+    (0..count)
+        .filter_map(|_| Ray::between(point(), point()))
+        .map(|ray| ray.up_to(f64::INFINITY))
+        .collect()
+}
+
+#[test]
+fn both_intersectors_agree_on_100_000_rays() {
+    let coefficients = project_conforming(&head(), DVec3::ZERO, 32).expect("fits");
+    let certified = ShSurface::new(&coefficients, Intersector::Certified).expect("positive radius");
+    let march = StepBisection { step: 0.005, tolerance: 1e-10 };
+    let march =
+        ShSurface::new(&coefficients, Intersector::StepBisection(march)).expect("positive radius");
+    let radius = certified.body().bounds().max;
+    let (mut hits, mut thin) = (0, 0);
+    for ray in chords(1.1 * radius, 100_000, 1) {
+        let (a, b) = (certified.hit(&ray), march.hit(&ray));
+        assert_eq!(certified.blocked(&ray), a.is_some());
+        hits += usize::from(a.is_some());
+        match (a, b) {
+            (Some(a), Some(b)) if (a.distance - b.distance).abs() <= 1e-8 * radius => {
+                assert!(certified.body().gap_value(a.point).abs() <= a.error);
+            }
+            (None, None) => {}
+            (Some(a), _) => {
+                // The march may jump over what it documents: a lobe that the ray leaves within one step.
+                let beyond = ray.at(a.distance + 0.005 * radius);
+                assert!(certified.body().gap_value(beyond) > 0.0, "{ray:?}");
+                thin += 1;
+            }
+            (None, Some(_)) => panic!("certified stepping missed {ray:?}"),
+        }
+    }
+    assert!(hits >= 30_000 && thin <= 100, "{hits} hits, {thin} thin lobes");
+}
+
+#[test]
+fn sh_body_and_mesh_of_the_same_sphere_agree() {
+    // An octahedron's faces split six times and pushed onto the sphere: 32 768 faces, at most 1.5e-4 inside it.
+    let mut mesh = octahedron();
+    for _ in 0..6 {
+        mesh = split_faces(&mesh);
+        let round = mesh.positions().iter().map(|p| p.normalize()).collect();
+        mesh = Mesh::new(round, mesh.triangles().to_vec()).expect("valid");
+    }
+    let depth = (0..mesh.triangles().len())
+        .map(|f| 1.0 - mesh.normal(f).expect("not degenerate").dot(mesh.corners(f)[0]))
+        .fold(0.0, f64::max);
+    let coefficients = project_conforming(&mesh, DVec3::ZERO, 8).expect("fits");
+    let sphere = ShSurface::new(&coefficients, Intersector::Certified).expect("positive radius");
+    let polyhedron = MeshSurface::new(mesh).expect("valid");
+    for ray in chords(1.5, 20_000, 2) {
+        let offset = ray.at(-ray.origin.dot(ray.direction)).length();
+        match (sphere.hit(&ray), polyhedron.hit(&ray)) {
+            (Some(a), Some(b)) => {
+                // A radial difference d moves the hit by at most d / cos, cos from the ray's distance to the centre.
+                let cos = (1.0 - offset * offset).max(1e-9).sqrt();
+                assert!((a.distance - b.distance).abs() <= 4.0 * depth / cos + 1e-9);
+                assert!(a.normal.dot(b.normal) >= 1.0 - 1e-3);
+            }
+            (None, None) => {}
+            _ => assert!((offset - 1.0).abs() <= 2.0 * depth, "{offset}"),
+        }
+    }
+}
+
+fn octahedron() -> Mesh {
+    let p = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    let faces = vec![
+        [0, 1, 4],
+        [1, 2, 4],
+        [2, 3, 4],
+        [3, 0, 4],
+        [1, 0, 5],
+        [2, 1, 5],
+        [3, 2, 5],
+        [0, 3, 5],
+    ];
+    Mesh::new(p.to_vec(), faces).expect("valid")
+}
+
+#[test]
+fn normals_match_central_differences_at_the_poles_too() {
+    let coefficients = project_conforming(&head(), DVec3::ZERO, 32).expect("fits");
+    let s = ShSurface::new(&coefficients, Intersector::Certified).expect("positive radius");
+    let point = |w: DVec3| w * s.body().series().value(w);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+    let random = (0..200).map(|_| uniform_sphere(rng.random()));
+    let poles = [
+        DVec3::Z,
+        DVec3::NEG_Z,
+        DVec3::new(1e-7, 0.0, 1.0).normalize(),
+        DVec3::new(0.0, -1e-9, -1.0).normalize(),
+    ];
+    for w in random.chain(poles) {
+        let (u, v) = w.any_orthonormal_pair();
+        // Fourth-order differences: truncation and rounding both stay below 1e-8 at this step.
+        let h = 1e-3_f64;
+        let along = |t: DVec3| {
+            let at = |a: f64| point(w * a.cos() + t * a.sin());
+            (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h)
+        };
+        let n = along(u).cross(along(v)).normalize();
+        let n = n * n.dot(w).signum();
+        assert!((n - s.at(w).normal).length() <= 1e-7, "{w}: {:e}", (n - s.at(w).normal).length());
+    }
+}
