@@ -82,7 +82,7 @@ pub fn test(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
 ///
 /// # Errors
 /// [`Error::Geometry`] when it is not, saying how much of it turns away, where most, and which centre would do better; and as
-/// [`test`].
+/// [`test()`].
 pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     let report = test(mesh, about)?;
     if report.is_star_shaped() {
@@ -121,7 +121,7 @@ fn sentence(report: &StarReport) -> String {
 /// mesh is star-shaped about it; the clearance is that of the centre given, and within 1e-6 of the size of the mesh of the best.
 ///
 /// # Errors
-/// As [`test`]; [`Error::Numeric`] when the linear program fails.
+/// As [`test()`]; [`Error::Numeric`] when the linear program fails.
 pub fn best_centre(mesh: &Mesh) -> Result<(DVec3, f64)> {
     let planes = Plane::of_faces(mesh)?;
     let bounds = mesh.bounds();
