@@ -212,7 +212,7 @@ impl MeshReport {
 impl fmt::Display for BadEdge {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let ([a, b], [p, q]) = (self.vertices, self.positions);
-        write!(f, "vertices {a}-{b} at ({p:.6}) to ({q:.6})")
+        write!(f, "vertices {a}-{b} at {p:.6} to {q:.6}")
     }
 }
 
@@ -392,10 +392,7 @@ mod tests {
         assert_eq!((report.boundary, report.examples.len(), report.euler()), (3, 3, 1));
         let message = report.require_closed().unwrap_err().to_string();
         assert!(message.contains("3 edges have one face only"), "{message}");
-        assert!(
-            message.contains("vertices 0-4 at ([0.000000, 0.000000, 0.000000]) to"),
-            "{message}"
-        );
+        assert!(message.contains("vertices 0-4 at [0.000000, 0.000000, 0.000000] to"), "{message}");
     }
 
     #[test]

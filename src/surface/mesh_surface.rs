@@ -444,19 +444,28 @@ mod tests {
     #[test]
     fn leaving_rays_never_meet_the_face_they_leave() {
         let mut stream = numbers();
-        let sphere =
-            MeshSurface::new(shapes::sphere(2).translated(DVec3::splat(30.0))).expect("a surface");
-        for i in 0..20_000 {
-            let hit = sphere.sample_area(DVec2::from(stream.next_2d())).hit;
-            // From steep to grazing: down to 1e-9 radians above the plane.
-            let frame = crate::math::Frame::about(hit.normal);
-            let along =
-                frame.to_world(sampling::uniform_sphere(stream.next_2d()).with_z(0.0).normalize());
-            let rise = 10.0_f64.powi(-(i % 10)) * stream.next_2d()[0];
-            let out = hit.leave((along + rise * hit.normal).normalize());
-            assert!(sphere.hit(&out).is_none(), "convex: {out:?}");
-            let inward = hit.leave((along - rise * hit.normal).normalize());
-            assert!(sphere.hit(&inward).is_none_or(|h| h.part != hit.part), "{inward:?}");
+        let meshes = [
+            shapes::sphere(2).translated(DVec3::splat(30.0)),
+            shapes::sphere(0),
+            shapes::cube(),
+            // Faces in the planes of the axes, edges short against some coordinates and long against others.
+            shapes::cube().scaled(1e-3).expect("positive").translated(DVec3::new(5.0, 0.0, -1e-3)),
+            shapes::cube().scaled(1e5).expect("positive"),
+        ];
+        for mesh in meshes {
+            let surface = MeshSurface::new(mesh).expect("a surface");
+            for i in 0..5000 {
+                let hit = surface.sample_area(DVec2::from(stream.next_2d())).hit;
+                // From steep to grazing: down to 1e-9 radians above the plane.
+                let frame = crate::math::Frame::about(hit.normal);
+                let along = frame
+                    .to_world(sampling::uniform_sphere(stream.next_2d()).with_z(0.0).normalize());
+                let rise = 10.0_f64.powi(-(i % 10)) * stream.next_2d()[0];
+                let out = hit.leave((along + rise * hit.normal).normalize());
+                assert!(surface.hit(&out).is_none(), "convex: {out:?}");
+                let inward = hit.leave((along - rise * hit.normal).normalize());
+                assert!(surface.hit(&inward).is_none_or(|h| h.part != hit.part), "{inward:?}");
+            }
         }
     }
 

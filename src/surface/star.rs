@@ -82,7 +82,7 @@ pub fn test(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
 ///
 /// # Errors
 /// [`Error::Geometry`] when it is not, saying how much of it turns away, where most, and which centre would do better; and as
-/// [`test`].
+/// [`test()`].
 pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     let report = test(mesh, about)?;
     if report.is_star_shaped() {
@@ -90,10 +90,10 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     }
     let advice = match best_centre(mesh)? {
         (centre, clearance) if clearance > 0.0 => format!(
-            "it is star-shaped about ({centre:.6}), which every face clears by {clearance:.3e} m: expand about that centre"
+            "it is star-shaped about {centre:.6}, which every face clears by {clearance:.3e} m: expand about that centre"
         ),
         (centre, clearance) => format!(
-            "no centre sees all of it; the best, ({centre:.6}), lies {:.3e} m behind a face: fit the outer envelope \
+            "no centre sees all of it; the best, {centre:.6}, lies {:.3e} m behind a face: fit the outer envelope \
              about it, or remove the folds",
             -clearance
         ),
@@ -104,8 +104,8 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
 /// Says what is wrong about a point.
 fn sentence(report: &StarReport) -> String {
     format!(
-        "the mesh is not star-shaped about ({:.6}): {} faces with {:.3} % of the area and at most {:.3} % of the \
-         directions turn away from it, the worst is face {} (from 0) at ({:.6}), whose plane has the point {:.3e} m \
+        "the mesh is not star-shaped about {:.6}: {} faces with {:.3} % of the area and at most {:.3} % of the \
+         directions turn away from it, the worst is face {} (from 0) at {:.6}, whose plane has the point {:.3e} m \
          on its outer side",
         report.about,
         report.turned_faces,
@@ -121,7 +121,7 @@ fn sentence(report: &StarReport) -> String {
 /// mesh is star-shaped about it; the clearance is that of the centre given, and within 1e-6 of the size of the mesh of the best.
 ///
 /// # Errors
-/// As [`test`]; [`Error::Numeric`] when the linear program fails.
+/// As [`test()`]; [`Error::Numeric`] when the linear program fails.
 pub fn best_centre(mesh: &Mesh) -> Result<(DVec3, f64)> {
     let planes = Plane::of_faces(mesh)?;
     let bounds = mesh.bounds();
@@ -326,7 +326,7 @@ mod tests {
         assert!(require(&l_shape, DVec3::splat(0.5)).is_ok());
         let error = require(&l_shape, DVec3::new(2.5, 0.5, 0.5)).unwrap_err().to_string();
         assert!(error.contains("2 faces with 9.091 % of the area"), "{error}");
-        assert!(error.contains("it is star-shaped about ([0.5"), "{error}");
+        assert!(error.contains("it is star-shaped about [0.5"), "{error}");
     }
 
     #[test]
