@@ -162,7 +162,7 @@ fn points_per_side(corners: &[DVec3; 3], lmax: usize) -> usize {
     let span = a.angle_between(*b).max(b.angle_between(*c)).max(c.angle_between(*a));
     let radii = corners.map(|x| x.length());
     let swing = (radii[0].max(radii[1]).max(radii[2]) / radii[0].min(radii[1]).min(radii[2])).ln();
-    let points = 3.0 + 0.75 * lmax as f64 * span + 4.0 * swing;
+    let points = 4.0 + lmax as f64 * span + 8.0 * swing;
     if points.is_finite() { (points as usize).clamp(2, FINEST) } else { FINEST }
 }
 
@@ -243,6 +243,6 @@ mod tests {
         let wide = [DVec3::X, DVec3::Y, DVec3::Z];
         let narrow = [DVec3::X, DVec3::new(1.0, 0.01, 0.0), DVec3::new(1.0, 0.0, 0.01)];
         assert_eq!(points_per_side(&wide, 64), FINEST);
-        assert_eq!(points_per_side(&narrow, 32), 3);
+        assert_eq!(points_per_side(&narrow, 32), 4);
     }
 }
