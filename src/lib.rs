@@ -5,6 +5,7 @@
 //! order m, truncation `lmax`; the Schmidt semi-normalised basis of `docs/conventions.md`.
 
 pub mod error;
+pub mod io;
 pub mod math;
 pub mod sh;
 pub mod surface;
