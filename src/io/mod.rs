@@ -1,7 +1,8 @@
-//! Files in and out: meshes, coefficients, images, tables, and the rules by which anything is written.
+//! Files in and out: meshes, coefficients, scenes, images, tables, and the rules by which anything is written.
 
 pub mod coefficients;
 pub mod images;
 pub mod meshes;
 pub mod output;
+pub mod scene_file;
 pub mod tables;

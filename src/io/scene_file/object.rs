@@ -1,0 +1,378 @@
+//! `[objects.NAME.TYPE]`: the shapes of a scene.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use serde::{Deserialize, Deserializer};
+
+use super::placement::{Placement, Rotation, Unit, Up};
+use super::source::Entry;
+use super::values::{Above0, Part, Size, number, number_if, table, whole, word};
+use super::vectors::{direction, point, point_if};
+use crate::Result;
+
+/// Describes a shape and what it is made of.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum ObjectSpec {
+    /// An axis-parallel box.
+    Box(BoxSpec),
+    /// A rectangle.
+    Rectangle(RectangleSpec),
+    /// A disc.
+    Disc(DiscSpec),
+    /// A sphere.
+    Sphere(SphereSpec),
+    /// An infinite plane.
+    Plane(PlaneSpec),
+    /// A triangle mesh from a file.
+    Mesh(MeshSpec),
+    /// A star-shaped surface given by spherical-harmonic coefficients.
+    Sh(ShSpec),
+}
+
+impl ObjectSpec {
+    /// Gives the word of the type: "box", "sh".
+    pub const fn type_name(&self) -> &'static str {
+        match self {
+            Self::Box(_) => "box",
+            Self::Rectangle(_) => "rectangle",
+            Self::Disc(_) => "disc",
+            Self::Sphere(_) => "sphere",
+            Self::Plane(_) => "plane",
+            Self::Mesh(_) => "mesh",
+            Self::Sh(_) => "sh",
+        }
+    }
+
+    /// Gives the name of the material; of a box, the one its faces have unless told otherwise.
+    pub fn material(&self) -> &str {
+        match self {
+            Self::Box(spec) => &spec.material,
+            Self::Rectangle(spec) => &spec.material,
+            Self::Disc(spec) => &spec.material,
+            Self::Sphere(spec) => &spec.material,
+            Self::Plane(spec) => &spec.material,
+            Self::Mesh(spec) => &spec.material,
+            Self::Sh(spec) => &spec.material,
+        }
+    }
+
+    pub(super) fn check(&self, entry: &Entry) -> Result<()> {
+        match self {
+            Self::Box(spec) => spec.check(entry),
+            Self::Rectangle(spec) => spec.check(entry),
+            Self::Sh(spec) => spec.check(entry),
+            Self::Disc(_) | Self::Sphere(_) | Self::Plane(_) | Self::Mesh(_) => Ok(()),
+        }
+    }
+
+    pub(super) fn resolve(&mut self, folder: &Path) {
+        match self {
+            Self::Mesh(spec) => spec.file.resolve(folder),
+            Self::Sh(spec) => spec.file.resolve(folder),
+            _ => {}
+        }
+    }
+}
+
+/// Describes an axis-parallel box; its normals point outwards, or into it when `inward`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSpec {
+    /// The smallest coordinates, metres.
+    #[serde(deserialize_with = "point")]
+    pub min: DVec3,
+    /// The largest coordinates, metres; each above that of `min`.
+    #[serde(deserialize_with = "point")]
+    pub max: DVec3,
+    /// Whether the normals point into the box: a room.
+    #[serde(default)]
+    pub inward: bool,
+    /// The material of the faces not named in `faces`.
+    pub material: String,
+    /// The materials of single faces.
+    #[serde(default)]
+    pub faces: BTreeMap<BoxFace, String>,
+}
+
+impl BoxSpec {
+    /// Gives the material of a face.
+    pub fn face_material(&self, face: BoxFace) -> &str {
+        self.faces.get(&face).unwrap_or(&self.material)
+    }
+
+    fn check(&self, entry: &Entry) -> Result<()> {
+        if self.min.cmplt(self.max).all() {
+            return Ok(());
+        }
+        let [min, max] = [self.min, self.max].map(|p| p.to_array());
+        let message = format!("`max` {max:?} must be above `min` {min:?} in every coordinate");
+        Err(entry.error(
+            "max",
+            message,
+            "swap the coordinates, or write a rectangle for a flat box",
+        ))
+    }
+}
+
+/// Names a face of a box by the coordinate that is constant on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoxFace {
+    /// Smallest x.
+    XMin,
+    /// Largest x.
+    XMax,
+    /// Smallest y.
+    YMin,
+    /// Largest y.
+    YMax,
+    /// Smallest z.
+    ZMin,
+    /// Largest z.
+    ZMax,
+}
+
+impl BoxFace {
+    /// All six faces, in the order x_min, x_max, y_min, y_max, z_min, z_max.
+    pub const ALL: [Self; 6] =
+        [Self::XMin, Self::XMax, Self::YMin, Self::YMax, Self::ZMin, Self::ZMax];
+
+    /// Gives the word that names the face in a scene file.
+    pub const fn name(self) -> &'static str {
+        ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"][self as usize]
+    }
+
+    /// Gives the axis along which the face lies outermost: 0, 1, 2 for x, y, z.
+    pub const fn axis(self) -> usize {
+        self as usize / 2
+    }
+}
+
+/// Describes a rectangle; its normal is `edge_u` x `edge_v`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RectangleSpec {
+    /// The corner where both edges start, metres.
+    #[serde(deserialize_with = "point")]
+    pub corner: DVec3,
+    /// The first edge, metres.
+    #[serde(deserialize_with = "point")]
+    pub edge_u: DVec3,
+    /// The second edge, metres; perpendicular to the first.
+    #[serde(deserialize_with = "point")]
+    pub edge_v: DVec3,
+    /// The material.
+    pub material: String,
+}
+
+impl RectangleSpec {
+    /// The largest cosine between edges that still counts as a right angle: the rounding of coordinates written with ten digits.
+    const RIGHT_ANGLE: f64 = 1e-9;
+
+    fn check(&self, entry: &Entry) -> Result<()> {
+        for (key, edge) in [("edge_u", self.edge_u), ("edge_v", self.edge_v)] {
+            if edge == DVec3::ZERO {
+                let message = format!("`{key}` in {} has length 0", entry.header());
+                return Err(entry.error(key, message, "write the vector along the edge, metres"));
+            }
+        }
+        // Normalised first: the product of two short edges underflows.
+        let cosine = self.edge_u.normalize_or_zero().dot(self.edge_v.normalize_or_zero());
+        if cosine.abs() <= Self::RIGHT_ANGLE {
+            return Ok(());
+        }
+        let angle = cosine.acos().to_degrees();
+        let message =
+            format!("`edge_v` must be perpendicular to `edge_u`, found {angle:.3} degrees");
+        Err(entry.error("edge_v", message, "write a mesh for a parallelogram"))
+    }
+}
+
+/// Describes a disc.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DiscSpec {
+    /// The centre, metres.
+    #[serde(deserialize_with = "point")]
+    pub centre: DVec3,
+    /// The normal, of length 1.
+    #[serde(deserialize_with = "direction")]
+    pub normal: DVec3,
+    /// The radius, metres, above 0.
+    #[serde(deserialize_with = "number::<Size, _>")]
+    pub radius: f64,
+    /// The material.
+    pub material: String,
+}
+
+/// Describes a sphere; its normal points outwards, or to the centre when `inward`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SphereSpec {
+    /// The centre, metres.
+    #[serde(deserialize_with = "point")]
+    pub centre: DVec3,
+    /// The radius, metres, above 0.
+    #[serde(deserialize_with = "number::<Size, _>")]
+    pub radius: f64,
+    /// Whether the normal points to the centre.
+    #[serde(default)]
+    pub inward: bool,
+    /// The material.
+    pub material: String,
+}
+
+/// Describes an infinite plane.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneSpec {
+    /// Any point of the plane, metres.
+    #[serde(deserialize_with = "point")]
+    pub point: DVec3,
+    /// The normal, of length 1.
+    #[serde(deserialize_with = "direction")]
+    pub normal: DVec3,
+    /// The material.
+    pub material: String,
+}
+
+/// Names a file as the scene wrote it and as the machine finds it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileRef {
+    /// The path as written.
+    pub written: PathBuf,
+    /// The path relative to the scene file's folder.
+    pub resolved: PathBuf,
+}
+
+impl FileRef {
+    fn resolve(&mut self, folder: &Path) {
+        self.resolved = folder.join(&self.written);
+    }
+}
+
+impl<'de> Deserialize<'de> for FileRef {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let written = String::deserialize(deserializer)?;
+        if written.is_empty() {
+            return Err(serde::de::Error::custom("must name a file, found an empty string"));
+        }
+        Ok(Self { written: written.clone().into(), resolved: written.into() })
+    }
+}
+
+/// Describes a triangle mesh.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshSpec {
+    /// The mesh file.
+    pub file: FileRef,
+    /// Where the mesh's own origin goes, metres.
+    #[serde(default, deserialize_with = "point")]
+    pub at: DVec3,
+    /// The magnification, above 0.
+    #[serde(default = "one", deserialize_with = "number::<Above0, _>")]
+    pub scale: f64,
+    /// The rotation.
+    #[serde(default, deserialize_with = "table")]
+    pub rotate: Rotation,
+    /// The unit of the file's numbers.
+    #[serde(default, deserialize_with = "word")]
+    pub unit: Unit,
+    /// The axis of the file that points up.
+    #[serde(default, deserialize_with = "word")]
+    pub up: Up,
+    /// Whether normals are interpolated between vertices for shading.
+    #[serde(default)]
+    pub smooth: bool,
+    /// The material.
+    pub material: String,
+}
+
+impl MeshSpec {
+    /// Gives how the mesh is put into the room.
+    pub const fn placement(&self) -> Placement {
+        let Self { at, scale, rotate, unit, up, .. } = *self;
+        Placement { at, scale, rotate, unit, up }
+    }
+}
+
+/// Describes a spherical-harmonic surface: a coefficient file, or a mesh that is fitted on load.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShSpec {
+    /// The mesh or coefficient file.
+    pub file: FileRef,
+    /// The truncation lmax, from 0 to 4096.
+    #[serde(deserialize_with = "whole::<0, 4096, _, _>")]
+    pub degree: usize,
+    /// Where the file's own origin goes, metres; the expansion centre is part of the shape.
+    #[serde(default, deserialize_with = "point")]
+    pub at: DVec3,
+    /// The magnification, above 0.
+    #[serde(default = "one", deserialize_with = "number::<Above0, _>")]
+    pub scale: f64,
+    /// The rotation.
+    #[serde(default, deserialize_with = "table")]
+    pub rotate: Rotation,
+    /// The unit of the file's numbers.
+    #[serde(default, deserialize_with = "word")]
+    pub unit: Unit,
+    /// The axis of the file that points up.
+    #[serde(default, deserialize_with = "word")]
+    pub up: Up,
+    /// The expansion centre in the file's own coordinates; chosen on load when left out.
+    #[serde(default, deserialize_with = "point_if")]
+    pub centre: Option<DVec3>,
+    /// How rays are met.
+    #[serde(default, deserialize_with = "word")]
+    pub intersector: Intersector,
+    /// The step of [`Intersector::StepBisection`], in units of the largest radius, above 0; only there.
+    #[serde(default, deserialize_with = "number_if::<Above0, _>")]
+    pub step: Option<f64>,
+    /// The tolerance of [`Intersector::StepBisection`], in units of the largest radius, between 0 and 1; only there.
+    #[serde(default, deserialize_with = "number_if::<Part, _>")]
+    pub tolerance: Option<f64>,
+    /// The material.
+    pub material: String,
+}
+
+impl ShSpec {
+    /// Gives how the shape is put into the room.
+    pub const fn placement(&self) -> Placement {
+        let Self { at, scale, rotate, unit, up, .. } = *self;
+        Placement { at, scale, rotate, unit, up }
+    }
+
+    fn check(&self, entry: &Entry) -> Result<()> {
+        let settings = [("step", self.step), ("tolerance", self.tolerance)];
+        let given = settings.into_iter().find(|(_, value)| value.is_some());
+        match given {
+            Some((key, _)) if self.intersector != Intersector::StepBisection => {
+                let message = format!("`{key}` means nothing to the certified intersector");
+                let help = format!("add `intersector = \"step-bisection\"`, or leave `{key}` out");
+                Err(entry.error(key, message, &help))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Chooses how rays meet a spherical-harmonic surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Intersector {
+    /// Steps that provably skip no root.
+    #[default]
+    Certified,
+    /// Equal steps, then bisection, as in the paper; can miss thin lobes.
+    StepBisection,
+}
+
+const fn one() -> f64 {
+    1.0
+}

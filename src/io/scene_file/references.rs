@@ -1,0 +1,52 @@
+//! Names that refer to other things of the scene: each must exist.
+
+use std::collections::BTreeMap;
+
+use super::material::MaterialSpec;
+use super::object::{BoxSpec, ObjectSpec};
+use super::source::Source;
+use super::suggest::suggest;
+use crate::Result;
+
+/// Checks that `name`, written at `key`, is one of the things; `what` is their singular.
+pub(super) fn check<T>(
+    name: &str,
+    things: &BTreeMap<String, T>,
+    what: &str,
+    key: &[&str],
+    source: &Source,
+) -> Result<()> {
+    if things.contains_key(name) {
+        return Ok(());
+    }
+    let names: Vec<&String> = things.keys().collect();
+    let help = suggest(name, &names, &format!("{what}s"));
+    Err(source.error(key, format!("unknown {what} `{name}`"), Some(help)))
+}
+
+/// Checks the materials an object names.
+pub(super) fn check_materials(
+    name: &str,
+    object: &ObjectSpec,
+    materials: &BTreeMap<String, MaterialSpec>,
+    source: &Source,
+) -> Result<()> {
+    let key = ["objects", name, object.type_name(), "material"];
+    check(object.material(), materials, "material", &key, source)?;
+    match object {
+        ObjectSpec::Box(spec) => check_faces(name, spec, materials, source),
+        _ => Ok(()),
+    }
+}
+
+fn check_faces(
+    name: &str,
+    spec: &BoxSpec,
+    materials: &BTreeMap<String, MaterialSpec>,
+    source: &Source,
+) -> Result<()> {
+    spec.faces.iter().try_for_each(|(face, material)| {
+        let key = ["objects", name, "box", "faces", face.name()];
+        check(material, materials, "material", &key, source)
+    })
+}

@@ -1,0 +1,274 @@
+//! `[sensors.NAME.TYPE]`: where illuminance is asked for.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use glam::DVec3;
+use serde::de::Visitor;
+use serde::{Deserialize, Deserializer};
+
+use super::object::{BoxFace, ObjectSpec};
+use super::source::Entry;
+use super::suggest::suggest;
+use super::values::{AtLeast0, Coordinate, Range, Size, number, number_if};
+use super::vectors::{columns_rows_if, direction, points};
+use crate::{Error, Result};
+
+/// Describes a set of illuminance sensors.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum SensorSpec {
+    /// Single points with one normal.
+    Points(PointsSpec),
+    /// A rectangular grid on a flat thing of the scene, or at a height.
+    Grid(GridSpec),
+}
+
+/// Describes points of illuminance.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointsSpec {
+    /// Where they are, metres; at least one.
+    #[serde(deserialize_with = "points")]
+    pub at: Vec<DVec3>,
+    /// The side they look to, of length 1.
+    #[serde(deserialize_with = "direction")]
+    pub normal: DVec3,
+}
+
+/// Describes a grid of illuminance sensors in the cell centres of what the border leaves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GridSpec {
+    /// Where the grid lies and which side it looks to.
+    pub place: GridPlace,
+    /// The width of the strip left out along the edges, metres, 0 or more.
+    pub border: f64,
+    /// How the points are spread.
+    pub layout: GridLayout,
+}
+
+/// Says where a grid lies.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GridPlace {
+    /// On a face of a box, looking to the side of the box's normal.
+    Face {
+        /// The name of the box.
+        object: String,
+        /// The face.
+        face: BoxFace,
+    },
+    /// On a rectangle, looking to the side of its normal.
+    Rectangle {
+        /// The name of the rectangle.
+        object: String,
+    },
+    /// Horizontally at this z, metres, looking up.
+    Height(f64),
+}
+
+/// Says how the points of a grid are spread.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum GridLayout {
+    /// By the rule of EN 12464-1: p = 0.2 * 5^(log10 d), at most 10 m.
+    #[default]
+    En12464,
+    /// In cells of at most this size, metres.
+    Spacing(f64),
+    /// In so many columns and rows.
+    Count([u32; 2]),
+}
+
+/// What the file says, before places and layouts are understood.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum WrittenSensor {
+    Points(PointsSpec),
+    Grid(WrittenGrid),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WrittenGrid {
+    on: Option<String>,
+    #[serde(default, deserialize_with = "number_if::<Coordinate, _>")]
+    height: Option<f64>,
+    #[serde(default, deserialize_with = "number::<AtLeast0, _>")]
+    border: f64,
+    spacing: Option<Spacing>,
+    #[serde(default, deserialize_with = "columns_rows_if")]
+    count: Option<[u32; 2]>,
+}
+
+/// "en12464" or a number of metres.
+#[derive(Debug)]
+struct Spacing(GridLayout);
+
+impl<'de> Deserialize<'de> for Spacing {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(SpacingVisitor)
+    }
+}
+
+struct SpacingVisitor;
+
+impl Visitor<'_> for SpacingVisitor {
+    type Value = Spacing;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("\"en12464\" or a number of metres")
+    }
+
+    fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Spacing, E> {
+        if word == "en12464" {
+            return Ok(Spacing(GridLayout::En12464));
+        }
+        Err(E::custom(format!("must be \"en12464\" or a number of metres, found {word:?}")))
+    }
+
+    fn visit_i64<E: serde::de::Error>(self, metres: i64) -> Result<Spacing, E> {
+        self.visit_f64(metres as f64)
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, metres: f64) -> Result<Spacing, E> {
+        if metres.is_finite() && Size::holds(metres) {
+            return Ok(Spacing(GridLayout::Spacing(metres)));
+        }
+        Err(E::custom(format!(
+            "must be a number of metres above 0 and at most 1e9, found {metres}"
+        )))
+    }
+}
+
+impl WrittenSensor {
+    pub(super) const fn type_name(&self) -> &'static str {
+        match self {
+            Self::Points(_) => "points",
+            Self::Grid(_) => "grid",
+        }
+    }
+
+    pub(super) fn check(
+        self,
+        entry: &Entry,
+        objects: &BTreeMap<String, ObjectSpec>,
+    ) -> Result<SensorSpec> {
+        match self {
+            Self::Points(spec) => Ok(SensorSpec::Points(spec)),
+            Self::Grid(written) => written.check(entry, objects).map(SensorSpec::Grid),
+        }
+    }
+}
+
+impl WrittenGrid {
+    fn check(self, entry: &Entry, objects: &BTreeMap<String, ObjectSpec>) -> Result<GridSpec> {
+        let place = self.place(entry, objects)?;
+        let layout = self.layout(entry)?;
+        check_border(&place, self.border, entry, objects)?;
+        Ok(GridSpec { place, border: self.border, layout })
+    }
+
+    fn place(&self, entry: &Entry, objects: &BTreeMap<String, ObjectSpec>) -> Result<GridPlace> {
+        match (&self.on, self.height) {
+            (Some(on), None) => surface(on, entry, objects),
+            (None, Some(height)) => Ok(GridPlace::Height(height)),
+            (None, None) => {
+                let message = format!("missing key `on` or `height` in {}", entry.header());
+                Err(entry.error("", message, "add `on = \"room.z_min\"` or `height = 0.75`"))
+            }
+            (Some(_), Some(_)) => {
+                let message = format!("both `on` and `height` in {}", entry.header());
+                Err(entry.error(entry.culprit("on", "height"), message, "keep one of them"))
+            }
+        }
+    }
+
+    fn layout(&self, entry: &Entry) -> Result<GridLayout> {
+        match (&self.spacing, self.count) {
+            (None, None) => Ok(GridLayout::default()),
+            (Some(spacing), None) => Ok(spacing.0),
+            (None, Some(count)) => Ok(GridLayout::Count(count)),
+            (Some(_), Some(_)) => {
+                let message = format!("both `spacing` and `count` in {}", entry.header());
+                Err(entry.error(entry.culprit("spacing", "count"), message, "keep one of them"))
+            }
+        }
+    }
+}
+
+/// Understands "object" or "object.face"; the name of an object may itself hold dots.
+fn surface(on: &str, entry: &Entry, objects: &BTreeMap<String, ObjectSpec>) -> Result<GridPlace> {
+    let (name, face) = match on.rsplit_once('.') {
+        Some((name, face)) if !objects.contains_key(on) => (name, Some(face)),
+        _ => (on, None),
+    };
+    let object = name.to_owned();
+    match objects.get(name) {
+        Some(ObjectSpec::Box(_)) => {
+            let face = box_face(name, face, entry)?;
+            Ok(GridPlace::Face { object, face })
+        }
+        Some(ObjectSpec::Rectangle(_)) if face.is_none() => Ok(GridPlace::Rectangle { object }),
+        Some(other) => Err(no_place(name, other, entry)),
+        None => {
+            let names: Vec<&String> = objects.keys().collect();
+            let help = suggest(name, &names, "objects");
+            Err(entry.error("on", format!("unknown object `{name}`"), &help))
+        }
+    }
+}
+
+fn box_face(name: &str, face: Option<&str>, entry: &Entry) -> Result<BoxFace> {
+    let names = BoxFace::ALL.map(BoxFace::name);
+    let Some(face) = face else {
+        let help = format!("write `on = \"{name}.z_min\"`");
+        return Err(entry.error("on", format!("`{name}` is a box: a face is missing"), &help));
+    };
+    let found = BoxFace::ALL.into_iter().find(|f| f.name() == face);
+    let help = || suggest(face, &names, "faces of a box");
+    found.ok_or_else(|| entry.error("on", format!("`{name}` has no face `{face}`"), &help()))
+}
+
+fn no_place(name: &str, object: &ObjectSpec, entry: &Entry) -> Error {
+    let (message, help) = match object {
+        ObjectSpec::Rectangle(_) => (
+            format!("`{name}` is a rectangle, which has no faces to name"),
+            format!("write `on = \"{name}\"`"),
+        ),
+        other => (
+            format!("a grid cannot lie on `{name}`, which is of type `{}`", other.type_name()),
+            "name a face of a box or a rectangle, or write `height` instead of `on`".to_owned(),
+        ),
+    };
+    entry.error("on", message, &help)
+}
+
+/// Refuses a border that leaves nothing.
+fn check_border(
+    place: &GridPlace,
+    border: f64,
+    entry: &Entry,
+    objects: &BTreeMap<String, ObjectSpec>,
+) -> Result<()> {
+    let Some(width) = narrow_side(place, objects) else { return Ok(()) };
+    if 2.0 * border < width {
+        return Ok(());
+    }
+    let message = format!("a border of {border} m leaves nothing of a surface {width} m wide");
+    Err(entry.error("border", message, &format!("write less than {}", 0.5 * width)))
+}
+
+/// Gives the shorter side of the surface a grid lies on, where the description alone tells.
+fn narrow_side(place: &GridPlace, objects: &BTreeMap<String, ObjectSpec>) -> Option<f64> {
+    match place {
+        GridPlace::Height(_) => None,
+        GridPlace::Face { object, face } => {
+            let ObjectSpec::Box(spec) = objects.get(object)? else { return None };
+            let extent = spec.max - spec.min;
+            (0..3).filter(|&axis| axis != face.axis()).map(|axis| extent[axis]).reduce(f64::min)
+        }
+        GridPlace::Rectangle { object } => {
+            let ObjectSpec::Rectangle(spec) = objects.get(object)? else { return None };
+            Some(spec.edge_u.length().min(spec.edge_v.length()))
+        }
+    }
+}

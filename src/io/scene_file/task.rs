@@ -1,0 +1,97 @@
+//! `[render]` and `[illum]`: what to compute, how, and when to stop.
+
+use std::time::Duration;
+
+use serde::Deserialize;
+
+use super::values::{Above0, Inline, Part, count_if, number_if, table, time_if, whole, word};
+
+/// Describes how a picture is made.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RenderSpec {
+    /// The estimator of luminance.
+    #[serde(deserialize_with = "word")]
+    pub estimator: RenderEstimator,
+    /// The name of the camera; may be left out when there is one.
+    pub camera: Option<String>,
+    /// The seed of the random numbers.
+    #[serde(deserialize_with = "whole::<0, { u64::MAX }, _, _>")]
+    pub seed: u64,
+    /// The samples taken in a pixel, at least 1; the estimator's choice when left out.
+    #[serde(deserialize_with = "count_if")]
+    pub samples: Option<u32>,
+    /// When to stop.
+    #[serde(deserialize_with = "table")]
+    pub stop: StopSpec,
+    /// The factor from luminance to PNG, above 0; chosen from the picture when left out.
+    #[serde(deserialize_with = "number_if::<Above0, _>")]
+    pub exposure: Option<f64>,
+}
+
+/// Names an estimator of luminance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RenderEstimator {
+    /// The double local estimate.
+    #[default]
+    DoubleLocal,
+    /// Backward path tracing.
+    Path,
+}
+
+/// Describes how illuminance at sensors is computed.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct IllumSpec {
+    /// The estimator of illuminance.
+    #[serde(deserialize_with = "word")]
+    pub estimator: IllumEstimator,
+    /// The seed of the random numbers.
+    #[serde(deserialize_with = "whole::<0, { u64::MAX }, _, _>")]
+    pub seed: u64,
+    /// The samples taken at a sensor, at least 1; the estimator's choice when left out.
+    #[serde(deserialize_with = "count_if")]
+    pub samples: Option<u32>,
+    /// When to stop.
+    #[serde(deserialize_with = "table")]
+    pub stop: StopSpec,
+}
+
+/// Names an estimator of illuminance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum IllumEstimator {
+    /// The local estimate.
+    #[default]
+    Local,
+    /// Backward path tracing.
+    Path,
+}
+
+impl Inline for RenderSpec {
+    const MUST: &'static str = "a table";
+}
+
+impl Inline for IllumSpec {
+    const MUST: &'static str = "a table";
+}
+
+impl Inline for StopSpec {
+    const MUST: &'static str = "a table such as { relative_error = 0.01, time = \"10m\" }";
+}
+
+/// Says when a computation stops: at the first of what is given.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StopSpec {
+    /// The relative half-width to reach, between 0 and 1.
+    #[serde(deserialize_with = "number_if::<Part, _>")]
+    pub relative_error: Option<f64>,
+    /// The time allowed, above 0.
+    #[serde(deserialize_with = "time_if")]
+    pub time: Option<Duration>,
+    /// The number of walks allowed, at least 1.
+    #[serde(deserialize_with = "count_if")]
+    pub walks: Option<u64>,
+}
