@@ -11,6 +11,7 @@ pub mod io;
 pub mod math;
 pub mod scene;
 pub mod sh;
+pub mod study;
 pub mod surface;
 
 pub use error::{Error, Result};

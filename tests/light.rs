@@ -39,7 +39,7 @@ fn assert_flat(film: &Film, expected: f64) {
 /// Furnace scenes: a closed room around an object, everything emitting pi L0 (1 - rho), all reflectances different.
 fn furnace_scene(l0: f64, object: fn(f64) -> Object) -> Scene {
     let walls = [0.5, 0.6, 0.2, 0.7, 0.3, 0.8].map(|rho| furnace(rho, l0));
-    let room = room(DVec3::new(4.0, 5.0, 3.0), walls);
+    let room = room(DVec3::new(4.0, 5.0, 3.0), &walls);
     Scene::new(vec![room, object(l0)], vec![]).expect("a valid scene")
 }
 
@@ -133,7 +133,7 @@ fn sobolev_case_a_at_ten_radii() {
 #[test]
 fn cube_of_cie_171_at_seven_floor_points() {
     let half = 2.0;
-    let cube = room(DVec3::splat(2.0 * half), [grey(0.5); 6]);
+    let cube = room(DVec3::splat(2.0 * half), &[grey(0.5); 6]);
     let lamp = PointLight {
         name: "lamp".into(),
         at: DVec3::splat(half),
@@ -187,7 +187,7 @@ fn error_falls_with_the_number_of_walks() {
 
 #[test]
 fn bounded_kernel_tames_the_corner_without_bias() {
-    let cube = room(DVec3::splat(2.0), [grey(0.5); 6]);
+    let cube = room(DVec3::splat(2.0), &[grey(0.5); 6]);
     let lamp = PointLight { name: "lamp".into(), at: DVec3::ONE, intensity: Rgb::grey(100.0) };
     let scene = Scene::new(vec![cube], vec![lamp]).expect("valid");
     let corner = [Sensor { at: DVec3::new(0.01, 0.01, 0.0), normal: DVec3::Z }];
@@ -263,7 +263,7 @@ fn runs_end_on_error_walks_time_and_interruption() {
 
 #[test]
 fn a_scene_without_light_is_refused() {
-    let scene = Scene::new(vec![room(DVec3::ONE, [grey(0.5); 6])], vec![]).expect("valid");
+    let scene = Scene::new(vec![room(DVec3::ONE, &[grey(0.5); 6])], vec![]).expect("valid");
     let refused = illuminance(&scene, &[], &sensors(SensorEstimator::Path, 32), &go_on);
     assert!(refused.is_err_and(|e| e.to_string().contains("no light")));
 }

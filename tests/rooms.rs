@@ -39,7 +39,7 @@ fn named(code: &str) -> BTreeSet<String> {
             let rest = &code[at + prefix.len()..];
             match rest.strip_prefix('{') {
                 Some(group) => names.extend(group_heads(group)),
-                None => names.insert(identifier(rest)).then_some(()).unwrap_or(()),
+                None => names.extend([identifier(rest)]),
             }
         }
     }

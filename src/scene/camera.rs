@@ -18,7 +18,7 @@ pub struct Perspective {
 
 impl Perspective {
     /// Places a camera at `from`, looking to `to`, with the vertical opening angle `fov` (radians, between 0 and pi) and width x height pixels.
-    /// Up is z, or y where the view is along z.
+    /// Up is z, or y where the view is along z; see [`Perspective::with_up`].
     ///
     /// # Errors
     /// [`Error::Parameter`] when `from` and `to` coincide, the angle is out of range or a side has no pixel.
@@ -38,15 +38,22 @@ impl Perspective {
             return Err(Error::Parameter("an image needs at least one pixel each way".into()));
         }
         let up = if forward.z.abs() > 1.0 - 1e-12 { DVec3::Y } else { DVec3::Z };
-        let right = forward.cross(up).normalize();
-        let half = (0.5 * fov).tan();
-        Ok(Self {
-            from,
-            forward,
-            right: half * right,
-            down: half * forward.cross(right),
-            resolution,
-        })
+        let right = DVec3::X * (0.5 * fov).tan();
+        Self { from, forward, right, down: DVec3::ZERO, resolution }.with_up(up)
+    }
+
+    /// Turns the camera about its view so that `up` points upwards in the image.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when `up` is along the view or not finite.
+    pub fn with_up(mut self, up: DVec3) -> Result<Self> {
+        let half = self.right.length();
+        let Some(right) = self.forward.cross(up).try_normalize() else {
+            return Err(Error::Parameter(format!("{up} cannot be up: it is along the view")));
+        };
+        self.right = half * right;
+        self.down = half * self.forward.cross(right);
+        Ok(self)
     }
 
     /// Gives width and height in pixels.

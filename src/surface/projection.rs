@@ -160,7 +160,7 @@ fn rules() -> Vec<Rule> {
 fn points_per_side(corners: &[DVec3; 3], lmax: usize) -> usize {
     let [a, b, c] = corners;
     let span = a.angle_between(*b).max(b.angle_between(*c)).max(c.angle_between(*a));
-    let radii = corners.map(|x| x.length());
+    let radii = corners.map(DVec3::length);
     let swing = (radii[0].max(radii[1]).max(radii[2]) / radii[0].min(radii[1]).min(radii[2])).ln();
     let points = 4.0 + lmax as f64 * span + 8.0 * swing;
     if points.is_finite() { (points as usize).clamp(2, FINEST) } else { FINEST }

@@ -36,7 +36,7 @@ pub use object::{
     RectangleSpec, ShSpec, SphereSpec,
 };
 pub use overrides::split_override;
-pub use placement::{Placement, Rotation, Unit, Up};
+pub use placement::{PlacementSpec, Rotation, Unit, Up};
 pub use sensor::{GridLayout, GridPlace, GridSpec, PointsSpec, SensorSpec};
 pub use source::Source;
 pub use task::{IllumEstimator, IllumSpec, RenderEstimator, RenderSpec, StopSpec};

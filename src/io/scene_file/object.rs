@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde::{Deserialize, Deserializer};
 
-use super::placement::{Placement, Rotation, Unit, Up};
+use super::placement::{PlacementSpec, Rotation, Unit, Up};
 use super::source::Entry;
 use super::values::{Above0, Part, Size, number, number_if, table, whole, word};
 use super::vectors::{direction, point, point_if};
@@ -295,9 +295,9 @@ pub struct MeshSpec {
 
 impl MeshSpec {
     /// Gives how the mesh is put into the room.
-    pub const fn placement(&self) -> Placement {
+    pub const fn placement(&self) -> PlacementSpec {
         let Self { at, scale, rotate, unit, up, .. } = *self;
-        Placement { at, scale, rotate, unit, up }
+        PlacementSpec { at, scale, rotate, unit, up }
     }
 }
 
@@ -343,9 +343,9 @@ pub struct ShSpec {
 
 impl ShSpec {
     /// Gives how the shape is put into the room.
-    pub const fn placement(&self) -> Placement {
+    pub const fn placement(&self) -> PlacementSpec {
         let Self { at, scale, rotate, unit, up, .. } = *self;
-        Placement { at, scale, rotate, unit, up }
+        PlacementSpec { at, scale, rotate, unit, up }
     }
 
     fn check(&self, entry: &Entry) -> Result<()> {

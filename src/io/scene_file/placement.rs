@@ -1,14 +1,18 @@
 //! How a shape from a file is put into the room: unit, up axis, scale, rotation, position.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use serde::Deserialize;
+
+use crate::Result;
+use crate::math::Placement;
+use crate::surface::UpAxis;
 
 use super::values::{Any, Inline, number};
 use super::vectors::direction;
 
-/// Places a shape: a point p of the file goes to `at` + [`Placement::matrix`] p.
+/// Says how a shape is put into the room: unit and up axis first, then scale and rotation, then position.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placement {
+pub struct PlacementSpec {
     /// Where the file's own origin goes, metres.
     pub at: DVec3,
     /// The magnification, above 0.
@@ -21,10 +25,18 @@ pub struct Placement {
     pub up: Up,
 }
 
-impl Placement {
-    /// Gives the linear part: rotation times up axis times scale times unit.
-    pub fn matrix(&self) -> DMat3 {
-        self.rotate.matrix() * self.up.matrix() * (self.scale * self.unit.metres())
+impl PlacementSpec {
+    /// Gives the placement that carries the point `origin` of the file, and all about it, into the room.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`] when the numbers leave what a placement can hold.
+    pub fn about(&self, origin: DVec3) -> Result<Placement> {
+        let up = UpAxis::from(self.up);
+        let turn = DMat3::from_cols(up.to_z(DVec3::X), up.to_z(DVec3::Y), up.to_z(DVec3::Z));
+        let rotation = self.rotate.quaternion() * DQuat::from_mat3(&turn);
+        let scale = self.scale * self.unit.metres();
+        let own = Placement::new(rotation, scale, self.at)?;
+        Placement::new(rotation, scale, own.apply(origin))
     }
 }
 
@@ -52,9 +64,9 @@ impl Default for Rotation {
 }
 
 impl Rotation {
-    /// Gives the rotation matrix.
-    pub fn matrix(&self) -> DMat3 {
-        DMat3::from_axis_angle(self.axis, self.degrees.to_radians())
+    /// Gives the rotation.
+    pub fn quaternion(&self) -> DQuat {
+        DQuat::from_axis_angle(self.axis, self.degrees.to_radians())
     }
 }
 
@@ -95,19 +107,18 @@ pub enum Up {
     /// As here.
     #[default]
     Z,
-    /// Turned up by 90 degrees about x: (x, y, z) becomes (x, -z, y).
+    /// As in most modelling programs.
     Y,
-    /// Turned up by -90 degrees about y: (x, y, z) becomes (-z, y, x).
+    /// x points up.
     X,
 }
 
-impl Up {
-    /// Gives the rotation that turns this axis to z.
-    pub const fn matrix(self) -> DMat3 {
-        match self {
-            Self::Z => DMat3::IDENTITY,
-            Self::Y => DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
-            Self::X => DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::NEG_X),
+impl From<Up> for UpAxis {
+    fn from(up: Up) -> Self {
+        match up {
+            Up::Z => Self::Z,
+            Up::Y => Self::Y,
+            Up::X => Self::X,
         }
     }
 }
@@ -117,23 +128,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn up_turns_its_axis_to_z_and_keeps_handedness() {
-        for (up, axis) in [(Up::X, DVec3::X), (Up::Y, DVec3::Y), (Up::Z, DVec3::Z)] {
-            assert_eq!(up.matrix() * axis, DVec3::Z);
-            assert_eq!(up.matrix().determinant(), 1.0);
-        }
-        let v = DVec3::new(1.0, 2.0, 3.0);
-        assert_eq!(Up::Y.matrix() * v, DVec3::new(1.0, -3.0, 2.0));
-        assert_eq!(Up::X.matrix() * v, DVec3::new(-3.0, 2.0, 1.0));
-    }
-
-    #[test]
-    fn matrix_turns_up_before_it_rotates() {
+    fn unit_and_up_come_before_scale_rotation_and_position() {
         let rotate = Rotation { axis: DVec3::Z, degrees: 90.0 };
-        let placement =
-            Placement { at: DVec3::ZERO, scale: 2.0, rotate, unit: Unit::Millimetre, up: Up::Y };
+        let spec =
+            PlacementSpec { at: DVec3::X, scale: 2.0, rotate, unit: Unit::Millimetre, up: Up::Y };
         // (0, 0, 1) of a y-up file is -y here, and a quarter turn later +x; sine and cosine of 90 degrees round to 1e-16.
-        let found = placement.matrix() * DVec3::Z;
-        assert!((found - DVec3::new(0.002, 0.0, 0.0)).length() <= 1e-18);
+        let found = spec.about(DVec3::ZERO).expect("valid").apply(DVec3::Z);
+        assert!((found - DVec3::new(1.002, 0.0, 0.0)).length() <= 1e-15);
+        // About another origin the same point of the file goes to the same place.
+        let about = spec.about(DVec3::Z).expect("valid").apply(DVec3::ZERO);
+        assert!((about - found).length() <= 1e-15);
     }
 }

@@ -41,7 +41,7 @@ pub(super) fn example(kind: &str, key: &str) -> Option<&'static str> {
     }
 }
 
-const EXAMPLES: [&str; 48] = [
+const EXAMPLES: [&str; 47] = [
     "format = 1",
     "reflectance = 0.5",
     "exitance = 100",
@@ -84,7 +84,6 @@ const EXAMPLES: [&str; 48] = [
     "estimator = \"path\"",
     "camera = \"main\"",
     "seed = 1",
-    "samples = 16",
     "stop = { relative_error = 0.01, time = \"10m\" }",
     "relative_error = 0.01",
     "time = \"10m\"",

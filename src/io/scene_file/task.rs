@@ -18,9 +18,6 @@ pub struct RenderSpec {
     /// The seed of the random numbers.
     #[serde(deserialize_with = "whole::<0, { u64::MAX }, _, _>")]
     pub seed: u64,
-    /// The samples taken in a pixel, at least 1; the estimator's choice when left out.
-    #[serde(deserialize_with = "count_if")]
-    pub samples: Option<u32>,
     /// When to stop.
     #[serde(deserialize_with = "table")]
     pub stop: StopSpec,
@@ -50,9 +47,6 @@ pub struct IllumSpec {
     /// The seed of the random numbers.
     #[serde(deserialize_with = "whole::<0, { u64::MAX }, _, _>")]
     pub seed: u64,
-    /// The samples taken at a sensor, at least 1; the estimator's choice when left out.
-    #[serde(deserialize_with = "count_if")]
-    pub samples: Option<u32>,
     /// When to stop.
     #[serde(deserialize_with = "table")]
     pub stop: StopSpec,

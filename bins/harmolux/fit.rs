@@ -1,0 +1,137 @@
+//! `harmolux fit`: a mesh becomes coefficients.
+
+use std::path::Path;
+use std::time::Instant;
+
+use harmolux::io::coefficients::{Shape, Source, shtools_text};
+use harmolux::io::meshes;
+use harmolux::io::output::{Kind, Output};
+use harmolux::sh::Convention;
+use harmolux::study::{FitSettings, Projection, fit, mesh_bytes, series_bytes};
+use harmolux::surface::{Mesh, UpAxis};
+use harmolux::{Error, Result};
+use serde_json::json;
+
+use super::arguments::{Fit, MeshHabits, ProjectionName, UnitName, UpName};
+use super::exit::Code;
+use super::{progress, say};
+
+/// Runs the verb.
+pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
+    let started = Instant::now();
+    let output = Output::open(&verb.output, &Kind::COEFFICIENTS, verb.force)?;
+    let mesh = read_mesh(&verb.mesh, &verb.habits)?;
+    let projection = match verb.projection {
+        ProjectionName::Conforming => Projection::Conforming,
+        ProjectionName::Grid => Projection::Grid { oversampling: verb.oversampling as usize },
+    };
+    let settings = FitSettings { lmax: verb.degree as usize, projection, centre: verb.centre };
+    let fit = fit(&mesh, &settings).map_err(|e| about(&verb.mesh, &e))?;
+    let shape = Shape {
+        coefficients: fit.coefficients.clone(),
+        centre: fit.centre,
+        source: Some(source(&verb.mesh)?),
+        truncated_from: None,
+    };
+    output.write(&shtools_text::write(&shape, Convention::default())?)?;
+    let lmax = fit.coefficients.lmax();
+    if as_json {
+        println!(
+            "{}",
+            json!({
+                "degree": lmax,
+                "coefficients": fit.coefficients.count(),
+                "bytes": series_bytes(lmax),
+                "mesh_bytes": mesh_bytes(fit.mesh_size),
+                "centre": fit.centre.to_array(),
+                "clearance": fit.clearance,
+                "mean_radius": fit.coefficients.mean(),
+                "rms": fit.error.rms,
+                "max": fit.error.max,
+                "projection_seconds": fit.projection_time.as_secs_f64(),
+                "seconds": started.elapsed().as_secs_f64(),
+                "written": verb.output,
+            })
+        );
+        return Ok(Code::Done);
+    }
+    let [x, y, z] = fit.centre.to_array().map(|v| say::significant(v, 4));
+    say::pairs(&[
+        ("degree", format!("{lmax}, {} coefficients", fit.coefficients.count())),
+        (
+            "storage",
+            format!(
+                "{} in f32 against {} of the mesh ({} vertices, {} faces)",
+                say::bytes(series_bytes(lmax)),
+                say::bytes(mesh_bytes(fit.mesh_size)),
+                fit.mesh_size[0],
+                fit.mesh_size[1]
+            ),
+        ),
+        (
+            "centre",
+            format!(
+                "({x}, {y}, {z}) m, every face clears it by {} m",
+                say::significant(fit.clearance, 3)
+            ),
+        ),
+        ("mean radius", format!("{} m", say::significant(fit.coefficients.mean(), 7))),
+        (
+            "RMS error",
+            format!(
+                "{} m, {}",
+                say::significant(fit.error.rms, 3),
+                say::percent(fit.relative_rms())
+            ),
+        ),
+        (
+            "largest error",
+            format!(
+                "{} m, {}",
+                say::significant(fit.error.max, 3),
+                say::percent(fit.relative_max())
+            ),
+        ),
+        (
+            "time",
+            format!(
+                "{} in all, projection {:.0} ms",
+                progress::duration(started.elapsed()),
+                1e3 * fit.projection_time.as_secs_f64()
+            ),
+        ),
+        ("written", verb.output.display().to_string()),
+    ]);
+    Ok(Code::Done)
+}
+
+/// Reads a mesh and turns it to metres, z up.
+pub(crate) fn read_mesh(path: &Path, habits: &MeshHabits) -> Result<Mesh> {
+    let mesh = meshes::read(path)?;
+    let up = match habits.up {
+        UpName::X => UpAxis::X,
+        UpName::Y => UpAxis::Y,
+        UpName::Z => UpAxis::Z,
+    };
+    let metres = match habits.unit {
+        UnitName::M => 1.0,
+        UnitName::Cm => 0.01,
+        UnitName::Mm => 0.001,
+        UnitName::In => 0.0254,
+    };
+    mesh.with_up(up).scaled(metres)
+}
+
+/// Names a file by its name and content.
+pub(crate) fn source(path: &Path) -> Result<Source> {
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+    Ok(Source::new(path, &bytes))
+}
+
+/// Puts the file before what is wrong with the shape in it.
+pub(crate) fn about(path: &Path, error: &Error) -> Error {
+    match error {
+        Error::Geometry(text) => Error::Geometry(format!("{}: {text}", path.display())),
+        other => Error::Parameter(other.to_string()),
+    }
+}

@@ -1,0 +1,270 @@
+//! `harmolux render`: a scene becomes a picture.
+
+use std::path::{Path, PathBuf};
+
+use harmolux::Result;
+use harmolux::estimators::{Ending, Estimator, ImageSettings, Rendering, Stop, Weighting, render};
+use harmolux::io::images::{Exr, png};
+use harmolux::io::output::{Kind, Output};
+use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec, split_override};
+use harmolux::math::Randomness;
+use harmolux::scene::{Perspective, Scene};
+use harmolux::study::{FittedObject, Loaded, camera, load, mesh_bytes, series_bytes};
+use serde_json::json;
+
+use super::arguments::{Render, SceneArguments};
+use super::exit::Code;
+use super::progress::{self, Meter};
+use super::{interrupt, say};
+
+/// Runs the verb.
+pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
+    let file = read_scene(&verb.common)?;
+    let camera = sized(camera(&file)?, verb);
+    let outputs = open_outputs(verb)?;
+    let loaded = load_scene(&file)?;
+    let settings = settings(&file.render, &loaded.scene, &verb.common);
+    interrupt::listen();
+    let meter = Meter::start("rendering", "median relative error");
+    let rendering = render(&loaded.scene, &camera, &settings, &|p| meter.show(p))?;
+    meter.finish();
+    let mut written = Vec::new();
+    for (image, output) in outputs {
+        let path = output.path().to_owned();
+        let bytes = match image {
+            Image::Png => encode_png(&rendering, &file.render)?,
+            Image::Exr => encode_exr(&rendering, &file, &settings)?,
+        };
+        output.write(&bytes)?;
+        written.push(path);
+    }
+    warn(&rendering);
+    if as_json {
+        println!("{}", report_json(&loaded.fits, &rendering, &written));
+    } else {
+        report(&loaded.fits, &rendering, &written);
+    }
+    Ok(code(rendering.ending, settings.stop, rendering.film.median_relative_error()))
+}
+
+/// Reads a scene with the overrides of the command line.
+pub(crate) fn read_scene(common: &SceneArguments) -> Result<SceneFile> {
+    let overrides: Vec<(&str, &str)> =
+        common.define.iter().map(|text| split_override(text)).collect::<Result<_>>()?;
+    SceneFile::read(&common.scene, &overrides)
+}
+
+/// Builds the scene and says what was noticed.
+pub(crate) fn load_scene(file: &SceneFile) -> Result<Loaded> {
+    let loaded = load(file)?;
+    for warning in &loaded.warnings {
+        say::warning(warning);
+    }
+    for FittedObject { name, fit } in &loaded.fits {
+        say::note(&format!(
+            "fitted `{name}`: degree {}, RMS error {} of the mean radius, {:.0} ms",
+            fit.coefficients.lmax(),
+            say::percent(fit.relative_rms()),
+            1e3 * fit.projection_time.as_secs_f64()
+        ));
+    }
+    Ok(loaded)
+}
+
+/// Takes the stop of the scene file; a quick look takes a tenth of the walks, which is sqrt(10) times the error.
+pub(crate) fn stop(spec: StopSpec, quick: bool) -> Stop {
+    let StopSpec { relative_error, time, walks } = spec;
+    if !quick {
+        return Stop { relative_error, time, walks };
+    }
+    Stop {
+        relative_error: relative_error.map(|e| e * 10.0_f64.sqrt()),
+        time,
+        walks: walks.map(|w| w.div_ceil(10)),
+    }
+}
+
+/// Says how a run ended: a target error that was not met is told by the exit code.
+pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>) -> Code {
+    let met = match (stop.relative_error, error) {
+        (Some(target), Some(error)) => error <= target,
+        (Some(_), None) => false,
+        (None, _) => true,
+    };
+    match ending {
+        Ending::Interrupted => Code::Interrupted,
+        _ if met => Code::Done,
+        _ => Code::NotMet,
+    }
+}
+
+fn settings(spec: &RenderSpec, scene: &Scene, common: &SceneArguments) -> ImageSettings {
+    ImageSettings {
+        estimator: match spec.estimator {
+            RenderEstimator::DoubleLocal => Estimator::DoubleLocal(Weighting::of(scene)),
+            RenderEstimator::Path => Estimator::Path,
+        },
+        randomness: Randomness::Sobol,
+        seed: common.seed.unwrap_or(spec.seed),
+        stop: stop(spec.stop, common.quick),
+    }
+}
+
+fn sized(camera: Perspective, verb: &Render) -> Perspective {
+    match verb.size {
+        Some(size) => camera.with_resolution(size),
+        None if verb.common.quick => {
+            camera.with_resolution(camera.resolution().map(|n| n.div_ceil(2)))
+        }
+        None => camera,
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Image {
+    Png,
+    Exr,
+}
+
+/// Opens the outputs before anything takes long: those named, or both kinds under the scene's name in this folder.
+fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
+    let stem = verb.common.scene.file_stem().unwrap_or_default();
+    let both = || ["png", "exr"].map(|e| Path::new(stem).with_extension(e)).to_vec();
+    let paths: Vec<PathBuf> = if verb.output.is_empty() { both() } else { verb.output.clone() };
+    let open = |path: PathBuf| {
+        let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let (image, kind) = if exr { (Image::Exr, Kind::EXR) } else { (Image::Png, Kind::PNG) };
+        Ok((image, Output::open(&path, &kind, verb.common.force)?))
+    };
+    paths.into_iter().map(open).collect()
+}
+
+fn encode_png(rendering: &Rendering, spec: &RenderSpec) -> Result<Vec<u8>> {
+    let [width, height] = rendering.film.size();
+    let image = png(width, height, &rendering.film.image(), spec.exposure)?;
+    say::note(&format!("exposure {} (PNG value per cd/m2)", say::significant(image.exposure, 4)));
+    Ok(image.bytes)
+}
+
+fn encode_exr(
+    rendering: &Rendering,
+    file: &SceneFile,
+    settings: &ImageSettings,
+) -> Result<Vec<u8>> {
+    let film = &rendering.film;
+    let [width, height] = film.size();
+    let estimator = match settings.estimator {
+        Estimator::DoubleLocal(_) => "double-local",
+        Estimator::Path => "path",
+    };
+    let scene = file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Exr::new(width, height)
+        .with_colour("", &film.image())?
+        .with_values("stderr.Y", &film.standard_errors())?
+        .with_attribute("scene", scene.as_str())
+        .with_attribute("estimator", estimator)
+        .with_attribute("unit", "cd/m2")
+        .with_attribute("seed", settings.seed.to_string().as_str())
+        .with_attribute("replicates", film.replicates() as f64)
+        .with_attribute("walksPerPixel", rendering.walks_per_pixel as f64)
+        .to_bytes()
+}
+
+/// Says what may have spoilt the picture.
+fn warn(rendering: &Rendering) {
+    if rendering.film.spoilt() > 0 {
+        say::warning(&format!(
+            "{} samples were not finite; they are counted here and nowhere else",
+            rendering.film.spoilt()
+        ));
+    }
+    if rendering.escaped > 0.0 {
+        say::warning(&format!("{} of the light left the scene", say::percent(rendering.escaped)));
+    }
+    if rendering.ending == Ending::Interrupted {
+        say::warning("interrupted: the files hold the picture so far");
+    }
+}
+
+fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
+    let mut lines = Vec::new();
+    for FittedObject { name, fit } in fits {
+        let lmax = fit.coefficients.lmax();
+        let (own, mesh) = (series_bytes(lmax), mesh_bytes(fit.mesh_size));
+        lines.push((
+            "object",
+            format!("{name}: degree {lmax}, {} coefficients", fit.coefficients.count()),
+        ));
+        lines.push((
+            "storage",
+            format!(
+                "{} against {} of the mesh, 1/{:.0}",
+                say::bytes(own),
+                say::bytes(mesh),
+                mesh as f64 / own as f64
+            ),
+        ));
+        lines.push((
+            "error of the fit",
+            format!(
+                "RMS {}, largest {} of the mean radius",
+                say::percent(fit.relative_rms()),
+                say::percent(fit.relative_max())
+            ),
+        ));
+    }
+    let film = &rendering.film;
+    let [width, height] = film.size();
+    let error = film.median_relative_error().map_or("unknown".to_owned(), say::percent);
+    lines.push((
+        "image",
+        format!("{width} x {height}, mean {} cd/m2", say::significant(film.mean().0, 4)),
+    ));
+    lines.push((
+        "walks",
+        format!("{} per pixel in {} replicates", rendering.walks_per_pixel, film.replicates()),
+    ));
+    lines.push(("time", progress::duration(rendering.elapsed)));
+    lines.push(("relative error", format!("{error} (median standard error of a pixel)")));
+    for path in written {
+        lines.push(("written", path.display().to_string()));
+    }
+    say::pairs(&lines);
+}
+
+fn report_json(
+    fits: &[FittedObject],
+    rendering: &Rendering,
+    written: &[PathBuf],
+) -> serde_json::Value {
+    let film = &rendering.film;
+    let objects: Vec<_> = fits
+        .iter()
+        .map(|FittedObject { name, fit }| {
+            json!({
+                "name": name,
+                "degree": fit.coefficients.lmax(),
+                "coefficients": fit.coefficients.count(),
+                "bytes": series_bytes(fit.coefficients.lmax()),
+                "mesh_bytes": mesh_bytes(fit.mesh_size),
+                "relative_rms": fit.relative_rms(),
+                "relative_max": fit.relative_max(),
+            })
+        })
+        .collect();
+    let (mean, standard_error) = film.mean();
+    json!({
+        "objects": objects,
+        "resolution": film.size(),
+        "mean_luminance": mean,
+        "mean_luminance_stderr": standard_error,
+        "walks_per_pixel": rendering.walks_per_pixel,
+        "replicates": film.replicates(),
+        "seconds": rendering.elapsed.as_secs_f64(),
+        "median_relative_error": film.median_relative_error(),
+        "escaped": rendering.escaped,
+        "spoilt_samples": film.spoilt(),
+        "ending": format!("{:?}", rendering.ending).to_lowercase(),
+        "written": written,
+    })
+}

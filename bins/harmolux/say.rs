@@ -1,0 +1,84 @@
+//! Talk on stderr: warnings, errors, notes; and tables for people on stdout.
+
+use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use comfy_table::{CellAlignment, Table};
+use harmolux::Error;
+
+/// Prints an error.
+pub(crate) fn error(error: &Error) {
+    eprintln!("error: {error}");
+}
+
+/// Prints a warning.
+pub(crate) fn warning(text: &str) {
+    eprintln!("warning: {text}");
+}
+
+/// Prints a note about what is being done.
+pub(crate) fn note(text: &str) {
+    eprintln!("{text}");
+}
+
+/// Starts a table: the first column to the left, the others, numbers, to the right.
+pub(crate) fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY).set_header(header);
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// Prints pairs of name and value, one a line, the values under each other.
+pub(crate) fn pairs(pairs: &[(&str, String)]) {
+    let width = pairs.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    for (name, value) in pairs {
+        println!("{name:<width$}  {value}");
+    }
+}
+
+/// Writes a share as a percentage with three significant digits.
+pub(crate) fn percent(share: f64) -> String {
+    format!("{} %", significant(100.0 * share, 3))
+}
+
+/// Writes a number with so many significant digits, without exponent where that is readable.
+pub(crate) fn significant(x: f64, digits: usize) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let magnitude = x.abs().log10().floor() as i32;
+    if !(-4..9).contains(&magnitude) {
+        return format!("{x:.*e}", digits.saturating_sub(1));
+    }
+    let decimals = (digits as i32 - 1 - magnitude).max(0) as usize;
+    format!("{x:.decimals$}")
+}
+
+/// Writes a number of bytes with its thousands apart.
+pub(crate) fn bytes(n: usize) -> String {
+    let digits = n.to_string();
+    let mut grouped = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            grouped.push(' ');
+        }
+        grouped.push(digit);
+    }
+    format!("{grouped} B")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_their_significant_digits() {
+        assert_eq!(significant(0.012_345, 3), "0.0123");
+        assert_eq!(significant(1234.5, 3), "1234");
+        assert_eq!(significant(1.5e-7, 3), "1.50e-7");
+        assert_eq!(significant(0.0, 3), "0");
+        assert_eq!(bytes(587_796), "587 796 B");
+        assert_eq!(bytes(12), "12 B");
+    }
+}

@@ -1,0 +1,127 @@
+//! `harmolux sweep`: what each truncation degree costs and buys.
+
+use harmolux::io::coefficients::{Shape, shtools_text};
+use harmolux::io::output::{Kind, Output};
+use harmolux::io::tables::{Cell, Table};
+use harmolux::sh::Convention;
+use harmolux::study::{SweepRow, sweep};
+use harmolux::{Error, Result};
+
+use super::arguments::Sweep;
+use super::exit::Code;
+use super::fit::{about, read_mesh, source};
+use super::say;
+
+/// Runs the verb.
+pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
+    std::fs::create_dir_all(&verb.output).map_err(|e| Error::io(&verb.output, "create", e))?;
+    let mut table = columns();
+    let csv = Output::open(&verb.output.join("sweep.csv"), &table.csv_kind()?, verb.force)?;
+    let stem = verb.mesh.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let file = |degree: &usize| {
+        let path = verb.output.join(format!("{stem}-{degree}.txt"));
+        Output::open(&path, &Kind::COEFFICIENTS, verb.force)
+    };
+    let files: Vec<Output> = verb.degrees.0.iter().map(file).collect::<Result<_>>()?;
+    let mesh = read_mesh(&verb.mesh, &verb.habits)?;
+    let lines = verb.degrees.0.len() + 1;
+    let rows = sweep(&mesh, &verb.degrees.0, &|done| say::note(&format!("{done} of {lines}")))
+        .map_err(|e| about(&verb.mesh, &e))?;
+    for row in &rows {
+        fill(&mut table, row);
+    }
+    csv.write(&table.to_csv()?)?;
+    let source = source(&verb.mesh)?;
+    for (row, file) in rows.iter().zip(files) {
+        let Some(fit) = &row.fit else { continue };
+        let shape = Shape {
+            coefficients: fit.coefficients.clone(),
+            centre: fit.centre,
+            source: Some(source.clone()),
+            truncated_from: None,
+        };
+        file.write(&shtools_text::write(&shape, Convention::default())?)?;
+    }
+    if as_json {
+        print!("{}", String::from_utf8_lossy(&table.to_json()?));
+    } else {
+        report(&rows);
+        say::note(&format!("written to {}", verb.output.display()));
+    }
+    Ok(Code::Done)
+}
+
+fn columns() -> Table {
+    Table::new([
+        "shape",
+        "degree",
+        "coefficients",
+        "bytes",
+        "relative_rms",
+        "relative_max",
+        "fit_ms",
+        "ns_per_ray",
+    ])
+}
+
+fn fill(table: &mut Table, row: &SweepRow) {
+    let mut cells = match &row.fit {
+        Some(fit) => vec![
+            Cell::from("series"),
+            Cell::Whole(fit.coefficients.lmax() as u64),
+            Cell::Whole(fit.coefficients.count() as u64),
+            Cell::Whole(row.bytes as u64),
+            Cell::Number(fit.relative_rms()),
+            Cell::Number(fit.relative_max()),
+            Cell::Number(1e3 * fit.projection_time.as_secs_f64()),
+        ],
+        None => vec![
+            Cell::from("mesh"),
+            Cell::Empty,
+            Cell::Empty,
+            Cell::Whole(row.bytes as u64),
+            Cell::Number(0.0),
+            Cell::Number(0.0),
+            Cell::Empty,
+        ],
+    };
+    cells.push(Cell::Number(row.nanoseconds_per_ray));
+    table.push(cells);
+}
+
+fn report(rows: &[SweepRow]) {
+    let mut table = say::table(&[
+        "shape",
+        "coefficients",
+        "bytes",
+        "RMS error",
+        "largest",
+        "fit ms",
+        "ns per ray",
+    ]);
+    for row in rows {
+        let speed = format!("{:.0}", row.nanoseconds_per_ray);
+        let bytes = say::bytes(row.bytes);
+        match &row.fit {
+            Some(fit) => table.add_row([
+                format!("degree {}", fit.coefficients.lmax()),
+                fit.coefficients.count().to_string(),
+                bytes,
+                say::percent(fit.relative_rms()),
+                say::percent(fit.relative_max()),
+                format!("{:.0}", 1e3 * fit.projection_time.as_secs_f64()),
+                speed,
+            ]),
+            None => table.add_row([
+                "mesh".into(),
+                String::new(),
+                bytes,
+                String::new(),
+                String::new(),
+                String::new(),
+                speed,
+            ]),
+        };
+    }
+    println!("{table}");
+}
