@@ -55,9 +55,9 @@ pub struct Rendering {
 }
 
 /// Walks (or paths) that share the eye ray of one sample: a block of Sobol points as large as this is stratified in itself.
-const WALKS_PER_SAMPLE: usize = 4;
+const WALKS_PER_SAMPLE: usize = 8;
 /// Blocks of walks made for each pass; pixels pick theirs at random.
-const BLOCKS_PER_PASS: usize = 2048;
+const BLOCKS_PER_PASS: usize = 1024;
 
 // What random numbers are for; each has streams of its own.
 const WALKS: u64 = 1;

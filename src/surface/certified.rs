@@ -3,47 +3,138 @@
 //! Between here and a distance D the gap G has no root if its second derivative stays above -K: G(t + s) >= G + G' s - K s^2 / 2. The step is the
 //! positive root of that parabola, which becomes Newton's step near a root, so it converges quadratically from one side and never
 //! passes a root. Along a ray at distance h from the origin, |f''| <= (M2 h^2 + 2 M1 h s) / rho^4 with rho^2 = h^2 + s^2, M1 and M2 the bounds of
-//! slope and curvature along great circles, and |p|'' >= 0 (outside) or <= 1/rho (seen from inside).
+//! slope and curvature along great circles, and |p|'' >= 0 (outside) or <= 1/rho (seen from inside). Where the shell of the body shows that the
+//! ray passes above the surface, or that it is inside, the series is not evaluated at all.
 
 use super::radial::{Chord, Gap, RadialBody};
+use super::shell::Stay;
 use crate::math::Ray;
 
-/// Finds the first distance at which the ray crosses the surface, with the gap there (within [`RadialBody::tolerance`] of zero).
+/// Finds the first distance at which the ray crosses the surface, with the gap there (within [`RadialBody::tolerance`] of zero, or one rounding
+/// of the distance past it).
 pub(super) fn first_crossing(body: &RadialBody, ray: &Ray) -> Option<(f64, Gap)> {
     let chord = body.chord(ray)?;
-    let core = body.core(&chord);
-    let mut t = chord.start;
-    let mut gap = body.gap(ray, t);
-    let inside = gap.value < 0.0;
-    loop {
-        if gap.value.abs() <= body.tolerance() {
-            return Some((t, gap));
-        }
-        if (gap.value < 0.0) != inside {
-            // One rounding beyond the root: the tolerance covers what the last step could not resolve.
-            return Some((t, gap));
-        }
-        t = match core {
-            Some((enter, leave)) if inside && t >= enter && t < leave => leave,
-            _ => advance(body, &chord, t, &gap, inside),
-        };
-        if t > chord.end {
-            return None;
-        }
-        gap = body.gap(ray, t);
+    match start(body, ray, &chord) {
+        Start::Inside => from_inside(body, ray, &chord),
+        Start::Outside(gap) => from_outside(body, ray, &chord, gap),
     }
 }
 
-/// Tells whether the ray crosses the surface at all: a chord that starts outside and meets the inner ball does without any stepping.
+/// Tells whether the ray crosses the surface at all.
 pub(super) fn crosses(body: &RadialBody, ray: &Ray) -> bool {
     let Some(chord) = body.chord(ray) else { return false };
-    if let Some((enter, leave)) = body.core(&chord) {
-        let reaches = enter <= chord.end && leave >= chord.start;
-        if reaches && body.gap_value(ray.at(chord.start)) > body.tolerance() {
-            return true;
+    let mut known = match start(body, ray, &chord) {
+        Start::Inside => return from_inside(body, ray, &chord).is_some(),
+        Start::Outside(gap) => gap,
+    };
+    let mut t = chord.start;
+    while t <= chord.end {
+        match pass(body, ray, &chord, t) {
+            Passage::Above(until) => t = until,
+            Passage::Below => return true,
+            Passage::Near => {
+                let gap = known.unwrap_or_else(|| body.gap(ray, t));
+                if gap.value <= body.tolerance() {
+                    return true;
+                }
+                t = advance(body, &chord, t, &gap, false);
+            }
+        }
+        known = None;
+    }
+    false
+}
+
+/// Where a chord starts; outside, with the gap there if it was needed to tell.
+enum Start {
+    Inside,
+    Outside(Option<Gap>),
+}
+
+fn start(body: &RadialBody, ray: &Ray, chord: &Chord) -> Start {
+    let radius = chord.lowest(chord.start, chord.start);
+    if radius >= body.bounds().max {
+        return Start::Outside(None);
+    }
+    if radius < body.bounds().min {
+        return Start::Inside;
+    }
+    let range = body.shell().fine(ray, chord.start).range;
+    if radius > f64::from(range.max) {
+        return Start::Outside(None);
+    }
+    let gap = body.gap(ray, chord.start);
+    if gap.value < 0.0 { Start::Inside } else { Start::Outside(Some(gap)) }
+}
+
+/// How a stretch of a ray runs relative to the body.
+enum Passage {
+    /// Above everything until the given distance.
+    Above(f64),
+    /// Certainly inside somewhere before the cell ends.
+    Below,
+    /// Too near for the shell to tell.
+    Near,
+}
+
+/// Compares the ray from `t` on with the shell, the coarse level first.
+fn pass(body: &RadialBody, ray: &Ray, chord: &Chord, t: f64) -> Passage {
+    let judge = |stay: Stay| {
+        let lowest = chord.lowest(t, stay.until.min(chord.end));
+        if lowest > f64::from(stay.range.max) {
+            Passage::Above(stay.until)
+        } else if lowest < f64::from(stay.range.min) {
+            Passage::Below
+        } else {
+            Passage::Near
+        }
+    };
+    match judge(body.shell().coarse(ray, t)) {
+        Passage::Near => judge(body.shell().fine(ray, t)),
+        clear => clear,
+    }
+}
+
+/// Steps from outside: over what the shell clears without looking at the series. `known` is the gap at the start, if it was evaluated already.
+fn from_outside(
+    body: &RadialBody,
+    ray: &Ray,
+    chord: &Chord,
+    mut known: Option<Gap>,
+) -> Option<(f64, Gap)> {
+    let mut t = chord.start;
+    while t <= chord.end {
+        if let Passage::Above(until) = pass(body, ray, chord, t) {
+            t = until;
+        } else {
+            let gap = known.unwrap_or_else(|| body.gap(ray, t));
+            if gap.value <= body.tolerance() {
+                return Some((t, gap));
+            }
+            t = advance(body, chord, t, &gap, false);
+        }
+        known = None;
+    }
+    None
+}
+
+/// Steps from inside: over the ball that fills the body in one.
+fn from_inside(body: &RadialBody, ray: &Ray, chord: &Chord) -> Option<(f64, Gap)> {
+    let core = body.core(chord);
+    let mut t = chord.start;
+    while t <= chord.end {
+        match core {
+            Some((enter, leave)) if t >= enter && t < leave => t = leave,
+            _ => {
+                let gap = body.gap(ray, t);
+                if gap.value >= -body.tolerance() {
+                    return Some((t, gap));
+                }
+                t = advance(body, chord, t, &gap, true);
+            }
         }
     }
-    first_crossing(body, ray).is_some()
+    None
 }
 
 /// Gives the next distance: no root lies before it.
@@ -61,7 +152,7 @@ fn curvature(body: &RadialBody, chord: &Chord, t: f64, inside: bool) -> f64 {
     let bounds = body.bounds();
     let h = chord.offset;
     // Past its nearest point the ray only goes away from the origin.
-    let here = if t > chord.nearest { h.hypot(t - chord.nearest) } else { h };
+    let here = if t > chord.nearest { chord.lowest(t, t) } else { h };
     let rho = here.max(bounds.min);
     let across = (h / rho).min(1.0);
     let series =

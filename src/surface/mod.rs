@@ -10,6 +10,7 @@ pub mod primitives;
 mod projection;
 mod radial;
 mod sh_surface;
+mod shell;
 pub mod star;
 mod step_bisection;
 
@@ -19,7 +20,7 @@ pub use mesh::{Mesh, UpAxis};
 pub use mesh_check::{BadEdge, EdgeFault, MeshReport};
 pub use mesh_surface::MeshSurface;
 pub use projection::{RadialError, project_conforming, project_grid, radial_error};
-pub use radial::{Gap, RadialBody};
+pub use radial::{Chord, Gap, RadialBody};
 pub use sh_surface::{Intersector, ShSurface};
 pub use step_bisection::StepBisection;
 

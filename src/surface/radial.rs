@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::shell::Shell;
 use crate::math::Ray;
 use crate::sh::{Bounds, Coefficients, Series, rounding};
 use crate::{Error, Result};
@@ -12,6 +13,7 @@ pub struct RadialBody {
     series: Series,
     bounds: Bounds,
     tolerance: f64,
+    shell: Shell,
 }
 
 /// Holds the gap G = |p| - f(p/|p|) at a point of a ray: positive outside the body, its absolute value the radial distance to the surface.
@@ -41,6 +43,14 @@ pub struct Chord {
 /// Radii relative to the largest that count as one: what the surface is traced to.
 const RELATIVE_TOLERANCE: f64 = 1e-12;
 
+impl Chord {
+    /// Gives the smallest distance from the origin between two distances along the ray.
+    pub fn lowest(&self, from: f64, to: f64) -> f64 {
+        let along = self.nearest.clamp(from, to.max(from)) - self.nearest;
+        (self.offset * self.offset + along * along).sqrt()
+    }
+}
+
 impl RadialBody {
     /// Takes the series as the radius of a body.
     ///
@@ -56,8 +66,10 @@ impl RadialBody {
                 coefficients.mean()
             )));
         }
+        let series = Series::new(coefficients)?;
         Ok(Self {
-            series: Series::new(coefficients)?,
+            shell: Shell::new(&series, &bounds),
+            series,
             tolerance: RELATIVE_TOLERANCE * bounds.max + 4.0 * rounding(coefficients),
             bounds,
         })
@@ -95,6 +107,11 @@ impl RadialBody {
     pub fn gap_value(&self, point: DVec3) -> f64 {
         let r = point.length();
         if r < 0.5 * self.bounds.min { -r } else { r - self.series.value(point / r) }
+    }
+
+    /// Gives the shell of bounds around the surface.
+    pub(super) fn shell(&self) -> &Shell {
+        &self.shell
     }
 
     /// Clips a ray to the bounding ball; `None` when it passes by.
