@@ -1,6 +1,6 @@
 //! Talk on stderr: warnings, errors, notes; and tables for people on stdout.
 
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 use harmolux::Error;
 
@@ -19,10 +19,10 @@ pub(crate) fn note(text: &str) {
     eprintln!("{text}");
 }
 
-/// Starts a table: the first column to the left, the others, numbers, to the right.
+/// Starts a table, in Markdown: the first column to the left, the others, numbers, to the right.
 pub(crate) fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY).set_header(header);
+    table.load_style(ASCII_MARKDOWN).set_header(header);
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }

@@ -95,8 +95,11 @@ impl Surface for ShSurface {
         }
     }
 
-    /// Moves the point along its radius onto the exact series and takes the exact normal there.
+    /// Moves the point along its radius onto the exact series and takes the exact normal there, unless it is there already.
     fn refine(&self, hit: &Hit) -> Hit {
+        if hit.error <= 3.0 * self.body.tolerance() {
+            return *hit;
+        }
         let Some(direction) = hit.point.try_normalize() else { return *hit };
         Hit { distance: hit.distance, part: hit.part, ..self.at(direction) }
     }
