@@ -1,8 +1,11 @@
 //! The head: its fit against the figures of data/README.md, mesh and SH body against each other.
 
+mod common;
+
 use std::f64::consts::PI;
 use std::path::Path;
 
+use common::{sphere_mesh, split_faces};
 use glam::DVec3;
 use harmolux::io::meshes;
 use harmolux::math::Ray;
@@ -65,20 +68,6 @@ fn conforming_projection_is_converged() {
         .zip(fine.cosines().iter().chain(fine.sines()));
     let worst = pairs.fold(0.0_f64, |w, (a, b)| w.max((a - b).abs()));
     assert!(worst <= 1e-9 * coarse.mean(), "{:e}", worst / coarse.mean());
-}
-
-fn split_faces(mesh: &Mesh) -> Mesh {
-    let mut positions = Vec::new();
-    let mut faces = Vec::new();
-    for face in 0..mesh.triangles().len() {
-        let [a, b, c] = mesh.corners(face);
-        let first = u32::try_from(positions.len()).expect("small");
-        positions.extend([a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)]);
-        faces.extend(
-            [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]].map(|f: [u32; 3]| f.map(|i| i + first)),
-        );
-    }
-    Mesh::new(positions, faces).expect("as valid as the whole")
 }
 
 #[test]
@@ -145,13 +134,7 @@ fn both_intersectors_agree_on_100_000_rays() {
 
 #[test]
 fn sh_body_and_mesh_of_the_same_sphere_agree() {
-    // An octahedron's faces split six times and pushed onto the sphere: 32 768 faces, at most 1.5e-4 inside it.
-    let mut mesh = octahedron();
-    for _ in 0..6 {
-        mesh = split_faces(&mesh);
-        let round = mesh.positions().iter().map(|p| p.normalize()).collect();
-        mesh = Mesh::new(round, mesh.triangles().to_vec()).expect("valid");
-    }
+    let mesh = sphere_mesh(6, |w| w);
     let depth = (0..mesh.triangles().len())
         .map(|f| 1.0 - mesh.normal(f).expect("not degenerate").dot(mesh.corners(f)[0]))
         .fold(0.0, f64::max);
@@ -171,21 +154,6 @@ fn sh_body_and_mesh_of_the_same_sphere_agree() {
             _ => assert!((offset - 1.0).abs() <= 2.0 * depth, "{offset}"),
         }
     }
-}
-
-fn octahedron() -> Mesh {
-    let p = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-    let faces = vec![
-        [0, 1, 4],
-        [1, 2, 4],
-        [2, 3, 4],
-        [3, 0, 4],
-        [1, 0, 5],
-        [2, 1, 5],
-        [3, 2, 5],
-        [0, 3, 5],
-    ];
-    Mesh::new(p.to_vec(), faces).expect("valid")
 }
 
 #[test]

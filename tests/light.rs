@@ -6,7 +6,7 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors};
+use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors, sphere_mesh};
 use glam::DVec3;
 use harmolux::estimators::{
     Ending, Estimator, SensorEstimator, Stop, Weighting, illuminance, render,
@@ -15,6 +15,7 @@ use harmolux::exact::{Cube, Plane as SobolevPlane, SobolevProblem};
 use harmolux::math::stats::Estimate;
 use harmolux::math::{Randomness, Rgb};
 use harmolux::scene::{Film, Object, PointLight, Scene, Sensor};
+use harmolux::surface::MeshSurface;
 use harmolux::surface::primitives::{Plane, Sphere};
 
 /// Judges every pixel against one luminance, and the image mean.
@@ -80,6 +81,19 @@ fn check_furnace(object: fn(f64) -> Object) {
 #[test]
 fn furnace_with_a_sphere() {
     check_furnace(sphere_object);
+}
+
+/// The bumpy body of the SH object, cut out of 8192 triangles.
+fn mesh_object(l0: f64) -> Object {
+    let body = bumpy();
+    let mesh = sphere_mesh(5, |w| w * body.body().series().value(w));
+    let surface = MeshSurface::new(mesh).expect("valid");
+    Object::new("mesh", placed(surface, DVec3::new(2.0, 2.5, 1.2), 0.7), furnace(0.45, l0))
+}
+
+#[test]
+fn furnace_with_a_mesh() {
+    check_furnace(mesh_object);
 }
 
 #[test]
@@ -266,4 +280,34 @@ fn a_scene_without_light_is_refused() {
     let scene = Scene::new(vec![room(DVec3::ONE, &[grey(0.5); 6])], vec![]).expect("valid");
     let refused = illuminance(&scene, &[], &sensors(SensorEstimator::Path, 32), &go_on);
     assert!(refused.is_err_and(|e| e.to_string().contains("no light")));
+}
+
+#[test]
+fn double_local_estimate_and_path_tracing_give_the_same_head_room() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes/head_room.toml");
+    let file = harmolux::io::scene_file::SceneFile::read(&path, &[]).expect("a valid scene");
+    let loaded = harmolux::study::load(&file).expect("loads");
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    let view = harmolux::study::camera(&file).expect("a camera").with_resolution([32, 24]);
+    let film = |estimator, walks| {
+        let film =
+            render(&loaded.scene, &view, &image(estimator, walks), &go_on).expect("renders").film;
+        assert_eq!(film.spoilt(), 0);
+        film
+    };
+    let local = film(Estimator::DoubleLocal(Weighting::of(&loaded.scene)), 256);
+    let path = film(Estimator::Path, 2048);
+    let n = 32 * 24;
+    let pixels = |film: &Film| -> Vec<Estimate> {
+        let values = film.image().into_iter().zip(film.standard_errors());
+        values
+            .map(|(c, se)| Estimate { mean: c.luminance(), standard_error: se, replicates: 32 })
+            .collect()
+    };
+    for (i, (a, b)) in pixels(&local).iter().zip(pixels(&path)).enumerate() {
+        assert!(a.agrees_with(b.mean, b.standard_error, n), "pixel {i}: {a:?} against {b:?}");
+    }
+    let (a, b) = (local.mean(), path.mean());
+    assert!((a.0 - b.0).abs() <= 4.0 * a.1.hypot(b.1), "means {a:?} and {b:?}");
+    assert!(a.1.hypot(b.1) <= 0.01 * a.0, "too noisy to say anything: {a:?} {b:?}");
 }

@@ -215,6 +215,26 @@ mod tests {
     }
 
     #[test]
+    fn high_degrees_match_values_of_60_digit_arithmetic() {
+        // Q_l^m(z) by the classical recurrence and exact factorials in 60 digits.
+        let table = [
+            (64, 0, 0.25, -0.083_870_677_970_132_04),
+            (64, 17, -0.75, -0.123_255_040_838_961_67),
+            (128, 100, 0.5, 0.068_435_144_202_337_19),
+            (256, 3, 0.9375, 0.053_124_252_694_964_46),
+            (256, 200, 0.125, 0.023_288_169_805_415_09),
+            (1000, 500, 0.5, 0.029_155_438_505_408_24),
+            (1400, 1, -0.625, -0.002_358_453_799_069_33),
+        ];
+        for (l, m, z, expected) in table {
+            let q = functions(l, f64::acos(z))[l * (l + 1) / 2 + m];
+            // The recurrence loses about l^1.5 roundings; theta = acos(z) costs l more.
+            let tolerance = 4.0 * f64::EPSILON * (l as f64).powf(1.5);
+            assert!((q - expected).abs() <= tolerance, "({l}, {m}): {q:e} against {expected:e}");
+        }
+    }
+
+    #[test]
     fn addition_theorem_holds_up_to_degree_256() {
         // Q_l0^2 + 2 sum_m Q_lm^2 = 1; the recurrence loses 5e-14 at l = 32 and 3e-12 at l = 256.
         for theta in [1e-8_f64, 0.1, 0.7, 1.55, 3.0] {

@@ -148,9 +148,9 @@ mod tests {
         let far = DVec3::new(5.0, 0.0, 0.0);
         let moved = fit(&cube(far), &SETTINGS).expect("star-shaped");
         assert!((moved.centre - far).length() <= 1e-5 && (moved.clearance - 1.0).abs() <= 1e-5);
-        // int 1/3 r^3 is the volume only without truncation; the cube's is 8.
+        // The cube's volume is 8; truncation at degree 8 takes some tenths of a percent.
         let volume = crate::sh::volume(&moved.coefficients).expect("degree 8");
-        assert!((volume - 8.0).abs() <= 0.02, "{volume}");
+        assert!((volume - 8.0).abs() <= 0.04, "{volume}");
     }
 
     #[test]

@@ -15,7 +15,18 @@ const SIDE: u32 = 16;
 /// Tells whether a point lies behind a closed surface: inside a body, or outside a room whose normals point inward.
 pub(super) fn is_behind(surface: &dyn Surface, point: DVec3) -> bool {
     let direction = ASIDE.normalize();
-    surface.hit(&Ray::new(point, direction)).is_some_and(|hit| hit.normal.dot(direction) > 0.0)
+    match surface.hit(&Ray::new(point, direction)) {
+        Some(hit) => hit.normal.dot(direction) > 0.0,
+        None => outside_is_behind(surface),
+    }
+}
+
+/// Tells whether the outside of a closed surface is its back: whether a ray from far away first meets it from behind.
+fn outside_is_behind(surface: &dyn Surface) -> bool {
+    let bounds = surface.bounds();
+    let direction = -ASIDE.normalize();
+    let ray = Ray::new(bounds.centre() - 2.0 * bounds.extent().length() * direction, direction);
+    surface.hit(&ray).is_some_and(|hit| hit.normal.dot(direction) > 0.0)
 }
 
 /// Gives the share of an object's surface, 0 to 1, that lies behind another closed surface; `None` when it cannot be sampled.
@@ -39,7 +50,11 @@ mod tests {
         let body = Sphere::new(DVec3::ZERO, 1.0).expect("valid");
         assert!(is_behind(&body, DVec3::splat(0.1)) && !is_behind(&body, DVec3::splat(1.0)));
         let room = AxisBox::new(DVec3::splat(-1.0), DVec3::ONE).expect("valid").turned_inward(true);
-        assert!(!is_behind(&room, DVec3::splat(0.1)) && is_behind(&room, DVec3::splat(-1.5)));
+        assert!(
+            !is_behind(&room, DVec3::splat(0.1))
+                && is_behind(&room, DVec3::splat(-1.5))
+                && is_behind(&room, DVec3::splat(1.5))
+        );
     }
 
     #[test]

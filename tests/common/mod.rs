@@ -12,7 +12,7 @@ use harmolux::math::{Placement, Randomness, Rgb};
 use harmolux::scene::{Material, Object, Perspective};
 use harmolux::sh::Coefficients;
 use harmolux::surface::primitives::AxisBox;
-use harmolux::surface::{Instance, Intersector, SampleArea, ShSurface};
+use harmolux::surface::{Instance, Intersector, Mesh, SampleArea, ShSurface};
 use std::sync::Arc;
 
 /// Lets a run go on.
@@ -70,4 +70,39 @@ pub fn image(estimator: Estimator, walks: u64) -> ImageSettings {
 pub fn sensors(estimator: SensorEstimator, walks: u64) -> SensorSettings {
     let stop = Stop { walks: Some(walks), ..Stop::default() };
     SensorSettings { estimator, randomness: Randomness::Sobol, seed: 2012, stop }
+}
+
+/// An octahedron whose faces are split in four `times` times, each vertex moved to `place` of its direction from the origin.
+pub fn sphere_mesh(times: usize, place: impl Fn(DVec3) -> DVec3) -> Mesh {
+    let p = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    let faces = vec![
+        [0, 1, 4],
+        [1, 2, 4],
+        [2, 3, 4],
+        [3, 0, 4],
+        [1, 0, 5],
+        [2, 1, 5],
+        [3, 2, 5],
+        [0, 3, 5],
+    ];
+    let mut mesh = Mesh::new(p.to_vec(), faces).expect("valid");
+    for _ in 0..times {
+        mesh = split_faces(&mesh);
+    }
+    let positions = mesh.positions().iter().map(|p| place(p.normalize())).collect();
+    Mesh::new(positions, mesh.triangles().to_vec()).expect("as valid as the octahedron")
+}
+
+/// Splits every face in four at the middles of its edges; vertices are not shared.
+pub fn split_faces(mesh: &Mesh) -> Mesh {
+    let mut positions = Vec::new();
+    let mut faces = Vec::new();
+    for face in 0..mesh.triangles().len() {
+        let [a, b, c] = mesh.corners(face);
+        let first = u32::try_from(positions.len()).expect("small");
+        positions.extend([a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)]);
+        let quarters: [[u32; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
+        faces.extend(quarters.map(|f| f.map(|i| i + first)));
+    }
+    Mesh::new(positions, faces).expect("as valid as the whole")
 }

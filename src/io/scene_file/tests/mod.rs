@@ -318,7 +318,7 @@ fn the_shipped_scene_parses_and_nothing_touches() {
     let LightSpec::Point(lamp) = &scene.lights["lamp"];
     let CameraSpec::Perspective(camera) = scene.camera().expect("one camera").1;
     assert_eq!(head.file.resolved, Path::new("data/scenes/../head.obj"));
-    assert_eq!((head.degree, camera.resolution), (32, [640, 480]));
+    assert_eq!((head.degree, camera.resolution), (32, [480, 360]));
     // The farthest vertex of head.obj is 0.14131 m from its origin.
     let radius = 0.1414 * head.scale;
     assert!((head.at - radius).cmpgt(room.min).all() && (head.at + radius).cmplt(room.max).all());
