@@ -45,6 +45,8 @@ impl Rule {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     #[test]
@@ -62,7 +64,7 @@ mod tests {
     #[test]
     fn moved_rule_keeps_the_length() {
         let rule = Rule::gauss_legendre(7).on(2.0, 5.0);
-        assert!((rule.integrate(|_| 1.0) - 3.0).abs() <= 1e-14);
-        assert!((rule.integrate(|x| x * x) - 39.0).abs() <= 1e-12);
+        assert_abs_diff_eq!(rule.integrate(|_| 1.0), 3.0, epsilon = 1e-14);
+        assert_abs_diff_eq!(rule.integrate(|x| x * x), 39.0, epsilon = 1e-12);
     }
 }

@@ -19,14 +19,20 @@ pub fn volume(f: &Coefficients) -> Result<f64> {
 mod tests {
     use std::f64::consts::PI;
 
+    use approx::assert_relative_eq;
+
     use super::*;
 
     #[test]
     fn sphere_and_dipole_have_their_volumes() {
         let mut c = Coefficients::zeros(1);
         c.set(0, 0, 2.0, 0.0);
-        assert!((volume(&c).expect("degree 1") - 32.0 * PI / 3.0).abs() <= 1e-12);
+        assert_relative_eq!(volume(&c).expect("degree 1"), 32.0 * PI / 3.0, max_relative = 1e-14);
         c.set(1, 0, 0.5, 0.0); // int (2 + mu/2)^3 = 2 pi (2 * 8 + 3 * 2 * 1/4 * 2/3)
-        assert!((volume(&c).expect("degree 1") - 2.0 * PI * 17.0 / 3.0).abs() <= 1e-12);
+        assert_relative_eq!(
+            volume(&c).expect("degree 1"),
+            2.0 * PI * 17.0 / 3.0,
+            max_relative = 1e-14
+        );
     }
 }
