@@ -1,6 +1,5 @@
 //! The command line.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -13,8 +12,8 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) verb: Verb,
     /// Use this many threads instead of one per core; results do not depend on it
-    #[arg(short = 'j', long, global = true, value_name = "N")]
-    pub(crate) threads: Option<NonZeroUsize>,
+    #[arg(short = 'j', long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
     /// Print the result as JSON on stdout
     #[arg(long, global = true)]
     pub(crate) json: bool,
@@ -210,7 +209,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
         Some((Ok(w), Ok(h))) if (1..=65_536).contains(&w) && (1..=65_536).contains(&h) => {
             Ok([w, h])
         }
-        _ => Err("write width x height in pixels, such as 320x240".into()),
+        _ => Err("write width x height in pixels, each from 1 to 65536, such as 320x240".into()),
     }
 }
 

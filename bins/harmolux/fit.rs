@@ -36,9 +36,8 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
     output.write(&shtools_text::write(&shape, Convention::default())?)?;
     let lmax = fit.coefficients.lmax();
     if as_json {
-        println!(
-            "{}",
-            json!({
+        say::data(
+            &json!({
                 "degree": lmax,
                 "coefficients": fit.coefficients.count(),
                 "bytes": series_bytes(lmax),
@@ -52,6 +51,7 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
                 "seconds": started.elapsed().as_secs_f64(),
                 "written": verb.output,
             })
+            .to_string(),
         );
         return Ok(Code::Done);
     }

@@ -14,7 +14,7 @@ use harmolux::{Error, Result};
 use super::arguments::{Illum, SceneArguments};
 use super::exit::Code;
 use super::progress::{self, Meter};
-use super::render::{code, load_scene, read_scene, stop};
+use super::render::{code, in_scene, load_scene, read_scene, stop};
 use super::{interrupt, say};
 
 /// Runs the verb.
@@ -36,20 +36,21 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let settings = settings(&file.illum, &loaded.scene, &verb.common);
     interrupt::listen();
     let meter = Meter::start("measuring", "largest 95 % half width");
-    let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))?;
+    let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))
+        .map_err(|e| in_scene(&file, e))?;
     meter.finish();
     fill(&mut table, &loaded.sensors, &survey);
     if let Some(output) = output {
         output.write(&table.to_csv()?)?;
     }
     if as_json {
-        print!("{}", String::from_utf8_lossy(&table.to_json()?));
+        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
         report(&loaded.sensors, &survey);
     }
     let worst = survey.results.iter().map(|r| r.total).filter(|e| e.mean > 0.0);
     let worst = worst.map(|e| e.relative_half_width()).reduce(f64::max);
-    Ok(code(survey.ending, settings.stop, worst))
+    Ok(code(survey.ending, settings.stop, worst, "largest 95 % half width"))
 }
 
 fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments) -> SensorSettings {
@@ -137,7 +138,7 @@ fn report(groups: &[SensorGroup], survey: &Survey) {
                 number(r.direct.mean),
             ]);
         }
-        println!("{table}");
+        say::data(&table.to_string());
         summary(group, results);
     }
     let end = match survey.ending {
@@ -161,12 +162,12 @@ fn summary(group: &SensorGroup, results: &[Illuminance]) {
     let mean = values().sum::<f64>() / results.len() as f64;
     let (least, largest) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
     let number = |x: f64| say::significant(x, 4);
-    println!(
-        "{}: mean {} lx, least {} lx, largest {} lx, U0 = {}\n",
+    let uniformity = if mean > 0.0 { say::significant(least / mean, 3) } else { "-".to_owned() };
+    say::data(&format!(
+        "{}: mean {} lx, least {} lx, largest {} lx, U0 = {uniformity}\n",
         group.name,
         number(mean),
         number(least),
         number(largest),
-        say::significant(least / mean, 3)
-    );
+    ));
 }

@@ -10,6 +10,7 @@ pub(crate) fn listen() {
         if ASKED.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
         }
+        super::say::note("interrupted: saving what there is; again to end at once");
     };
     if ctrlc::set_handler(heard).is_err() {
         super::say::warning("interrupts cannot be caught here: Ctrl-C will lose the run");

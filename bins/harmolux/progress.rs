@@ -1,8 +1,8 @@
 //! How far a run is: a bar on a terminal, a plain line now and then elsewhere; always on stderr.
 
-use std::cell::Cell;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::time::Duration;
 
 use harmolux::estimators::Progress;
@@ -18,7 +18,8 @@ pub(crate) struct Meter {
     bar: Option<ProgressBar>,
     /// What the error is of: "median relative error".
     error_name: &'static str,
-    spoken: Cell<f64>,
+    /// When the last plain line was said, seconds.
+    spoken: Mutex<f64>,
 }
 
 impl Meter {
@@ -33,24 +34,28 @@ impl Meter {
             bar.set_prefix(task);
             bar
         });
-        Self { bar, error_name, spoken: Cell::new(0.0) }
+        Self { bar, error_name, spoken: Mutex::new(0.0) }
     }
 
     /// Shows how far it is; asks the run to end when the user does.
     pub(crate) fn show(&self, progress: &Progress) -> ControlFlow<()> {
-        let line = self.line(progress);
         match &self.bar {
             Some(bar) => {
                 bar.set_position((1000.0 * progress.share) as u64);
-                bar.set_message(line);
+                bar.set_message(self.line(progress));
             }
-            None if progress.elapsed.as_secs_f64() >= self.spoken.get() + PLAIN_EVERY => {
-                self.spoken.set(progress.elapsed.as_secs_f64());
-                say::note(&format!("{:3.0} %  {line}", 100.0 * progress.share));
-            }
-            None => {}
+            None => self.speak(progress),
         }
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Says a plain line when the last is some time ago.
+    fn speak(&self, progress: &Progress) {
+        let Ok(mut spoken) = self.spoken.lock() else { return };
+        if progress.elapsed.as_secs_f64() >= *spoken + PLAIN_EVERY {
+            *spoken = progress.elapsed.as_secs_f64();
+            say::note(&format!("{:3.0} %  {}", 100.0 * progress.share, self.line(progress)));
+        }
     }
 
     fn line(&self, progress: &Progress) -> String {

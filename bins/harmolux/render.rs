@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use harmolux::Result;
 use harmolux::estimators::{Ending, Estimator, ImageSettings, Rendering, Stop, Weighting, render};
 use harmolux::io::images::{Exr, png};
 use harmolux::io::output::{Kind, Output};
@@ -10,6 +9,7 @@ use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec,
 use harmolux::math::Randomness;
 use harmolux::scene::{Perspective, Scene};
 use harmolux::study::{FittedObject, Loaded, camera, load, mesh_bytes, series_bytes};
+use harmolux::{Error, Result};
 use serde_json::json;
 
 use super::arguments::{Render, SceneArguments};
@@ -26,7 +26,8 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let settings = settings(&file.render, &loaded.scene, &verb.common);
     interrupt::listen();
     let meter = Meter::start("rendering", "median relative error");
-    let rendering = render(&loaded.scene, &camera, &settings, &|p| meter.show(p))?;
+    let rendering = render(&loaded.scene, &camera, &settings, &|p| meter.show(p))
+        .map_err(|e| in_scene(&file, e))?;
     meter.finish();
     let mut written = Vec::new();
     for (image, output) in outputs {
@@ -40,11 +41,12 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     }
     warn(&rendering);
     if as_json {
-        println!("{}", report_json(&loaded.fits, &rendering, &written));
+        say::data(&report_json(&loaded.fits, &rendering, &written).to_string());
     } else {
         report(&loaded.fits, &rendering, &written);
     }
-    Ok(code(rendering.ending, settings.stop, rendering.film.median_relative_error()))
+    let reached = rendering.film.median_relative_error();
+    Ok(code(rendering.ending, settings.stop, reached, "median relative error"))
 }
 
 /// Reads a scene with the overrides of the command line.
@@ -56,6 +58,7 @@ pub(crate) fn read_scene(common: &SceneArguments) -> Result<SceneFile> {
 
 /// Builds the scene and says what was noticed.
 pub(crate) fn load_scene(file: &SceneFile) -> Result<Loaded> {
+    say::note(&format!("loading {}", file.source.path().display()));
     let loaded = load(file)?;
     for warning in &loaded.warnings {
         say::warning(warning);
@@ -85,16 +88,33 @@ pub(crate) fn stop(spec: StopSpec, quick: bool) -> Stop {
 }
 
 /// Says how a run ended: a target error that was not met is told by the exit code.
-pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>) -> Code {
+pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>, name: &str) -> Code {
     let met = match (stop.relative_error, error) {
         (Some(target), Some(error)) => error <= target,
         (Some(_), None) => false,
         (None, _) => true,
     };
+    if let (false, Some(target)) = (met, stop.relative_error) {
+        let reached = error.map_or("unknown".to_owned(), say::percent);
+        say::warning(&format!(
+            "target not met: the {name} is {reached}, asked for {}; allow more time or walks, or relax `relative_error`",
+            say::percent(target)
+        ));
+    }
     match ending {
         Ending::Interrupted => Code::Interrupted,
         _ if met => Code::Done,
         _ => Code::NotMet,
+    }
+}
+
+/// Names the scene in what the estimators say of it.
+pub(crate) fn in_scene(file: &SceneFile, error: Error) -> Error {
+    match error {
+        Error::Parameter(text) => {
+            Error::Parameter(format!("{}: {text}", file.source.path().display()))
+        }
+        other => other,
     }
 }
 

@@ -1,22 +1,41 @@
 //! Talk on stderr: warnings, errors, notes; and tables for people on stdout.
 
+use std::io::Write;
+
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 use harmolux::Error;
 
 /// Prints an error.
 pub(crate) fn error(error: &Error) {
-    eprintln!("error: {error}");
+    note(&format!("error: {error}"));
 }
 
 /// Prints a warning.
 pub(crate) fn warning(text: &str) {
-    eprintln!("warning: {text}");
+    note(&format!("warning: {text}"));
 }
 
 /// Prints a note about what is being done.
 pub(crate) fn note(text: &str) {
-    eprintln!("{text}");
+    // Talk that nobody can hear is not worth failing for.
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Prints a line of data on stdout. A reader that has gone away ends the run quietly; any other failure is told.
+pub(crate) fn data(text: &str) {
+    let mut out = std::io::stdout().lock();
+    let done = out
+        .write_all(text.as_bytes())
+        .and_then(|()| out.write_all(b"\n"))
+        .and_then(|()| out.flush());
+    match done {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            note(&format!("error: stdout: cannot write: {e}"));
+            std::process::exit(1);
+        }
+        _ => {}
+    }
 }
 
 /// Starts a table, in Markdown: the first column to the left, the others, numbers, to the right.
@@ -33,7 +52,7 @@ pub(crate) fn table(header: &[&str]) -> Table {
 pub(crate) fn pairs(pairs: &[(&str, String)]) {
     let width = pairs.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     for (name, value) in pairs {
-        println!("{name:<width$}  {value}");
+        data(&format!("{name:<width$}  {value}"));
     }
 }
 

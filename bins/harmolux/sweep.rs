@@ -43,7 +43,7 @@ pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
         file.write(&shtools_text::write(&shape, Convention::default())?)?;
     }
     if as_json {
-        print!("{}", String::from_utf8_lossy(&table.to_json()?));
+        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
         report(&rows);
         say::note(&format!("written to {}", verb.output.display()));
@@ -123,5 +123,5 @@ fn report(rows: &[SweepRow]) {
             ]),
         };
     }
-    println!("{table}");
+    say::data(&table.to_string());
 }

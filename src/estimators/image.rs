@@ -1,6 +1,6 @@
 //! Drives an image: pass after pass of one sample per pixel, each pass a part of one replicate.
 
-use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use glam::DVec2;
@@ -54,6 +54,9 @@ pub struct Rendering {
     pub elapsed: Duration,
 }
 
+/// Passes that are made whatever the time or the observer says: two replicates are the least that give an error.
+const FEWEST_PASSES: usize = 2;
+
 /// Walks (or paths) that share the eye ray of one sample: a block of Sobol points as large as this is stratified in itself.
 const WALKS_PER_SAMPLE: usize = 8;
 /// Blocks of walks made for each pass; pixels pick theirs at random.
@@ -68,10 +71,10 @@ const PICK: u64 = 4;
 /// Renders the luminance, cd/m2, of every pixel of a camera.
 ///
 /// The pixel filter is a tent two pixels wide, sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
-/// when the number of samples has doubled. Time limits and interruption act after any pass; at least two passes are made.
+/// when the number of samples has doubled. Time limits and interruption abandon the pass under way; at least two passes are made.
 ///
 /// # Errors
-/// [`crate::Error::Parameter`] when the scene has no light.
+/// [`crate::Error::Parameter`] when the scene has no light or the image has too many pixels.
 pub fn render(
     scene: &Scene,
     camera: &Perspective,
@@ -79,29 +82,35 @@ pub fn render(
     observer: Observer,
 ) -> Result<Rendering> {
     let launcher = Launcher::new(scene)?;
-    let mut film = Film::new(camera.resolution(), REPLICATES);
+    let mut film = Film::new(camera.resolution(), REPLICATES)?;
     let mut control = Control::new(settings.stop);
     let mut escaped = Rgb::BLACK;
     let per_pixel = |passes: usize| (passes * WALKS_PER_SAMPLE) as u64;
     let mut samples = vec![Rgb::BLACK; film.size().iter().product()];
     let ending = loop {
         let pass = Pass::new(scene, &launcher, settings, film.passes());
+        let cancelled = pass.fill(camera, &mut samples, &|rows| {
+            let share = rows as f64 / film.size()[1] as f64;
+            let walks = per_pixel(film.passes()) + (share * WALKS_PER_SAMPLE as f64) as u64;
+            let broken = control.report(walks, observer).is_break();
+            film.passes() >= FEWEST_PASSES && (broken || control.is_late())
+        });
+        if cancelled {
+            break if control.is_late() { Ending::Time } else { Ending::Interrupted };
+        }
         escaped += pass.escaped;
-        pass.fill(camera, &mut samples);
         film.add_pass(&samples);
         let walks = per_pixel(film.passes());
         let rounds = film.passes() / REPLICATES;
         let doubled = film.passes().is_multiple_of(REPLICATES) && rounds.is_power_of_two();
-        let reached = doubled && control.meets_target(film.median_relative_error());
-        let broken = control.report(walks, observer) == ControlFlow::Break(());
-        if reached {
+        if doubled && control.meets_target(film.median_relative_error()) {
             break Ending::Error;
         }
         if doubled && control.is_open_ended() {
             break Ending::Walks;
         }
-        if film.passes() >= 2 {
-            if broken {
+        if film.passes() >= FEWEST_PASSES {
+            if control.report(walks, observer).is_break() {
                 break Ending::Interrupted;
             }
             if let Some(ending) = control.is_over(walks) {
@@ -164,16 +173,31 @@ impl<'a> Pass<'a> {
         }
     }
 
-    fn fill(&self, camera: &Perspective, samples: &mut [Rgb]) {
+    /// Takes a sample of every pixel. After each row `cancel` is told how many are done; when it says so, the pass is abandoned, which is returned.
+    fn fill(
+        &self,
+        camera: &Perspective,
+        samples: &mut [Rgb],
+        cancel: &(dyn Fn(usize) -> bool + Sync),
+    ) -> bool {
         let width = camera.resolution()[0] as usize;
         let tracer = PathTracer::new(self.scene);
+        let (cancelled, rows) = (AtomicBool::new(false), AtomicUsize::new(0));
         samples.par_chunks_mut(width).enumerate().for_each(|(row, line)| {
+            if cancelled.load(Ordering::Relaxed) {
+                return;
+            }
             for (column, sample) in line.iter_mut().enumerate() {
                 let pixel = (row * width + column) as u64;
                 let corner = DVec2::new(column as f64, row as f64);
                 *sample = self.sample(camera, &tracer, pixel, corner);
             }
+            if cancel(rows.fetch_add(1, Ordering::Relaxed) + 1) {
+                cancelled.store(true, Ordering::Relaxed);
+            }
         });
+        // A pass whose last row was finished before anyone asked is complete.
+        cancelled.into_inner() && rows.into_inner() < camera.resolution()[1] as usize
     }
 
     /// Takes one sample of one pixel: an eye ray, and what the point it meets emits and reflects.

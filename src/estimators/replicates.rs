@@ -45,8 +45,8 @@ pub struct Progress {
     pub elapsed: Duration,
 }
 
-/// Watches a run; breaking ends it with what it has.
-pub type Observer<'a> = &'a dyn Fn(&Progress) -> ControlFlow<()>;
+/// Watches a run, from any of its threads; breaking ends it with what it has.
+pub type Observer<'a> = &'a (dyn Fn(&Progress) -> ControlFlow<()> + Sync);
 
 /// Gives the seed of one use of random numbers: (seed of the run, replicate, what for).
 pub(super) fn seed(run: u64, replicate: usize, purpose: u64) -> u64 {
@@ -82,15 +82,17 @@ impl Control {
         if self.stop.walks.is_some_and(|limit| walks >= limit) {
             return Some(Ending::Walks);
         }
-        if self.stop.time.is_some_and(|limit| self.elapsed() >= limit) {
-            return Some(Ending::Time);
-        }
-        None
+        self.is_late().then_some(Ending::Time)
     }
 
     /// Tells whether any condition was given.
     pub(super) fn is_open_ended(&self) -> bool {
         self.stop == Stop::default()
+    }
+
+    /// Tells whether the time is up.
+    pub(super) fn is_late(&self) -> bool {
+        self.stop.time.is_some_and(|limit| self.elapsed() >= limit)
     }
 
     /// Reports to the observer.

@@ -2,6 +2,10 @@
 
 use crate::math::Rgb;
 use crate::math::stats::median;
+use crate::{Error, Result};
+
+/// The most pixels of one film: 8192 x 8192, which takes 12 GB with 32 replicates.
+pub const MAX_PIXELS: usize = 1 << 26;
 
 /// Accumulates one sample per pixel and pass; pass p belongs to replicate p mod R, all R replicates being independent.
 ///
@@ -26,15 +30,24 @@ pub struct Pixel {
 
 impl Film {
     /// Starts an empty film of `width` x `height` pixels with `replicates` (at least 2) independent replicates.
-    pub fn new([width, height]: [u32; 2], replicates: usize) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] above [`MAX_PIXELS`].
+    pub fn new([width, height]: [u32; 2], replicates: usize) -> Result<Self> {
         let n = width as usize * height as usize;
-        Self {
+        if n > MAX_PIXELS {
+            return Err(Error::Parameter(format!(
+                "an image of {width} x {height} pixels is beyond memory (about {} GB); at most {MAX_PIXELS} pixels are possible",
+                (n as u64 * 184).div_ceil(1 << 30)
+            )));
+        }
+        Ok(Self {
             width: width as usize,
             replicates,
             passes: 0,
             pixels: vec![Pixel::default(); n],
             sums: vec![0.0; n * replicates],
-        }
+        })
     }
 
     /// Gives width and height.
@@ -126,7 +139,7 @@ mod tests {
     use super::*;
 
     fn film(passes: &[f64]) -> Film {
-        let mut film = Film::new([1, 1], 4);
+        let mut film = Film::new([1, 1], 4).expect("small");
         for &v in passes {
             film.add_pass(&[Rgb::grey(v)]);
         }
@@ -139,6 +152,12 @@ mod tests {
         assert_eq!(film.image(), vec![Rgb::BLACK]);
         assert!(film.standard_errors()[0].is_infinite());
         assert_eq!(film.median_relative_error(), None);
+    }
+
+    #[test]
+    fn films_beyond_memory_are_refused() {
+        let error = Film::new([60_000, 60_000], 32).expect_err("too large").to_string();
+        assert!(error.contains("60000 x 60000") && error.contains("GB"), "{error}");
     }
 
     #[test]

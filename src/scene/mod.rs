@@ -9,7 +9,7 @@ mod object;
 mod world;
 
 pub use camera::Perspective;
-pub use film::{Film, Pixel};
+pub use film::{Film, MAX_PIXELS, Pixel};
 pub use illuminance::{Illuminance, Sensor};
 pub use light::PointLight;
 pub use material::{Brdf, BrdfSample, Material};

@@ -15,23 +15,34 @@ struct Field {
     normal: DVec3,
 }
 
+/// The most sensors of one grid.
+pub(super) const MAX_SENSORS: f64 = 1e6;
+
 /// Lays the sensors of a grid out; a grid at a height covers `extent`. Empty when the border leaves nothing.
-pub(super) fn sensors(grid: &GridSpec, file: &SceneFile, extent: Aabb) -> Vec<Sensor> {
-    let Some(field) = field(&grid.place, file, extent) else { return Vec::new() };
+///
+/// # Errors
+/// The number of sensors, when it is above [`MAX_SENSORS`].
+pub(super) fn sensors(grid: &GridSpec, file: &SceneFile, extent: Aabb) -> Result<Vec<Sensor>, f64> {
+    let Some(field) = field(&grid.place, file, extent) else { return Ok(Vec::new()) };
     let lengths = field.edges.map(|e| e.length() - 2.0 * grid.border);
     if lengths.iter().any(|l| *l <= 0.0 || !l.is_finite()) {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     let units = field.edges.map(DVec3::normalize);
     let counts = counts(grid.layout, lengths);
+    let count = f64::from(counts[0]) * f64::from(counts[1]);
+    if count > MAX_SENSORS {
+        return Err(count);
+    }
     let along = |axis: usize, i: u32| {
         let fraction = (f64::from(i) + 0.5) / f64::from(counts[axis]);
         (grid.border + fraction * lengths[axis]) * units[axis]
     };
     let rows = 0..counts[1];
-    rows.flat_map(|j| (0..counts[0]).map(move |i| (i, j)))
+    Ok(rows
+        .flat_map(|j| (0..counts[0]).map(move |i| (i, j)))
         .map(|(i, j)| Sensor { at: field.corner + along(0, i) + along(1, j), normal: field.normal })
-        .collect()
+        .collect())
 }
 
 fn field(place: &GridPlace, file: &SceneFile, extent: Aabb) -> Option<Field> {
@@ -113,13 +124,18 @@ mod tests {
         let Some(crate::io::scene_file::SensorSpec::Grid(grid)) = file.sensors.get("g") else {
             panic!("a grid");
         };
-        let points = sensors(grid, &file, Aabb::EMPTY);
+        let points = sensors(grid, &file, Aabb::EMPTY).expect("few");
         assert_eq!(points.len(), 6);
         assert_eq!(points[0], Sensor { at: DVec3::new(1.0, 1.5, 0.0), normal: DVec3::Z });
         assert_eq!(points[5].at, DVec3::new(3.0, 3.5, 0.0));
         let at_height = GridSpec { place: GridPlace::Height(0.75), ..grid.clone() };
         let extent = Aabb::new(DVec3::ZERO, DVec3::new(4.0, 5.0, 3.0));
-        assert_eq!(sensors(&at_height, &file, extent)[0].at, DVec3::new(1.0, 1.5, 0.75));
-        assert!(sensors(&at_height, &file, Aabb::EMPTY).is_empty());
+        assert_eq!(
+            sensors(&at_height, &file, extent).expect("few")[0].at,
+            DVec3::new(1.0, 1.5, 0.75)
+        );
+        assert!(sensors(&at_height, &file, Aabb::EMPTY).expect("none").is_empty());
+        let dense = GridSpec { layout: GridLayout::Spacing(1e-5), ..at_height };
+        assert!(sensors(&dense, &file, extent).is_err());
     }
 }

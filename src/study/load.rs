@@ -55,6 +55,8 @@ struct Built {
     /// Whether its surface has an inside.
     closed: bool,
     fit: Option<Fit>,
+    /// What is wrong with the mesh it was made of.
+    deficiencies: Vec<String>,
 }
 
 /// Builds the scene that a file describes.
@@ -65,7 +67,8 @@ struct Built {
 pub fn load(file: &SceneFile) -> Result<Loaded> {
     let built: Vec<Built> =
         file.objects.iter().map(|(name, spec)| build(file, name, spec)).collect::<Result<_>>()?;
-    let mut warnings = overlaps(&built);
+    let mut warnings = faulty_meshes(&built);
+    warnings.extend(overlaps(&built));
     let lights = lights(file, &built)?;
     let solids: Vec<&Object> = built.iter().filter(|b| b.closed).map(|b| &b.object).collect();
     warnings.extend(misplaced_cameras(file, &solids));
@@ -74,7 +77,7 @@ pub fn load(file: &SceneFile) -> Result<Loaded> {
         .filter_map(|b| Some(FittedObject { name: b.object.name.clone(), fit: b.fit.clone()? }));
     let fits = fits.collect();
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
-    let sensors = sensors(file, &scene);
+    let sensors = sensors(file, &scene)?;
     warnings.extend(misplaced_sensors(&sensors, &solids));
     Ok(Loaded { scene, sensors, fits, warnings })
 }
@@ -100,8 +103,8 @@ fn material(file: &SceneFile, name: &str) -> Result<Material> {
 
 fn build(file: &SceneFile, name: &str, spec: &ObjectSpec) -> Result<Built> {
     let own = material(file, spec.material())?;
-    let solid = |object| Built { object, closed: true, fit: None };
-    let open = |object| Built { object, closed: false, fit: None };
+    let solid = |object| Built { object, closed: true, fit: None, deficiencies: Vec::new() };
+    let open = |object| Built { object, closed: false, fit: None, deficiencies: Vec::new() };
     match spec {
         ObjectSpec::Box(s) => {
             let surface = AxisBox::new(s.min, s.max)?.turned_inward(s.inward);
@@ -137,7 +140,7 @@ fn build_mesh(file: &SceneFile, name: &str, spec: &MeshSpec, own: Material) -> R
     let surface = surface.map_err(|e| at_key(file, &key, &spec.file, &e))?;
     let object = place(name, surface, &spec.placement(), DVec3::ZERO, own)?;
     let closed = report.is_closed() && !report.is_inside_out();
-    Ok(Built { object, closed, fit: None })
+    Ok(Built { object, closed, fit: None, deficiencies: report.deficiencies() })
 }
 
 fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Result<Built> {
@@ -158,7 +161,7 @@ fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Resul
     let surface = ShSurface::new(&series, intersector(spec))
         .map_err(|e| at_key(file, &key, &spec.file, &e))?;
     let object = place(name, surface, &spec.placement(), centre, own)?;
-    Ok(Built { object, closed: true, fit })
+    Ok(Built { object, closed: true, fit, deficiencies: Vec::new() })
 }
 
 /// Tells a coefficient file from a mesh by its extension.
@@ -215,11 +218,10 @@ fn lights(file: &SceneFile, built: &[Built]) -> Result<Vec<PointLight>> {
         if let Some(solid) =
             built.iter().find(|b| b.closed && solids::is_behind(&*b.object.surface, spec.at))
         {
-            let inward = "is outside the room, or inside the object,";
             return Err(file.source.error(
                 &["lights", name, "point", "at"],
                 format!(
-                    "light `{name}` {inward} `{}`: none of its light would arrive",
+                    "light `{name}` is behind the surface of `{}`: outside the room, or inside the object",
                     solid.object.name
                 ),
                 Some(
@@ -232,18 +234,26 @@ fn lights(file: &SceneFile, built: &[Built]) -> Result<Vec<PointLight>> {
     Ok(lights)
 }
 
+/// Says what is wrong with the meshes that are shown as they are.
+fn faulty_meshes(built: &[Built]) -> Vec<String> {
+    let of = |b: &Built| -> Vec<String> {
+        b.deficiencies.iter().map(|text| format!("object `{}`: {text}", b.object.name)).collect()
+    };
+    built.iter().flat_map(of).collect()
+}
+
 /// Says which objects cut through or lie behind closed ones.
 fn overlaps(built: &[Built]) -> Vec<String> {
     let mut warnings = Vec::new();
     for one in built.iter().filter(|b| b.closed) {
-        for other in built.iter().filter(|b| b.closed && b.object.name != one.object.name) {
+        // The smaller of two is judged against the larger: a room lies around its contents.
+        for other in built.iter().filter(|b| b.closed && size(b) > size(one)) {
             let (name, into) = (&one.object.name, &other.object.name);
             match solids::share_behind(&one.object, &*other.object.surface) {
                 Some(share) if share >= 1.0 => {
                     warnings.push(format!("object `{name}` is entirely outside the room, or inside the object, `{into}`"));
                 }
-                // A room lies around its contents: only bodies are judged against it.
-                Some(share) if share > 0.0 && !encloses(one, other) => warnings.push(format!(
+                Some(share) if share > 0.0 => warnings.push(format!(
                     "object `{name}` cuts through `{into}`: about {:.0} % of its surface is behind it",
                     100.0 * share.max(0.01)
                 )),
@@ -254,10 +264,9 @@ fn overlaps(built: &[Built]) -> Vec<String> {
     warnings
 }
 
-/// Tells whether the bounds of one object hold those of another: a room and what stands in it.
-fn encloses(one: &Built, other: &Built) -> bool {
-    let (a, b) = (one.object.surface.bounds(), other.object.surface.bounds());
-    a.contains(b.min) && a.contains(b.max)
+/// Gives the diagonal of an object's bounds, metres.
+fn size(built: &Built) -> f64 {
+    built.object.surface.bounds().extent().length()
 }
 
 fn misplaced_cameras(file: &SceneFile, solids: &[&Object]) -> Vec<String> {
@@ -269,16 +278,23 @@ fn misplaced_cameras(file: &SceneFile, solids: &[&Object]) -> Vec<String> {
     .collect()
 }
 
-fn sensors(file: &SceneFile, scene: &Scene) -> Vec<SensorGroup> {
-    let lay_out = |spec: &SensorSpec| match spec {
+fn sensors(file: &SceneFile, scene: &Scene) -> Result<Vec<SensorGroup>> {
+    let lay_out = |name: &str, spec: &SensorSpec| match spec {
         SensorSpec::Points(points) => {
-            points.at.iter().map(|&at| Sensor { at, normal: points.normal }).collect()
+            Ok(points.at.iter().map(|&at| Sensor { at, normal: points.normal }).collect())
         }
-        SensorSpec::Grid(grid) => grids::sensors(grid, file, scene.bounds()),
+        SensorSpec::Grid(grid) => grids::sensors(grid, file, scene.bounds()).map_err(|count| {
+            let message = format!(
+                "the grid `{name}` would have {count:.3e} sensors, more than {}",
+                grids::MAX_SENSORS
+            );
+            let help = "write a larger `spacing`, or a smaller `count`".to_owned();
+            file.source.error(&["sensors", name, "grid"], message, Some(help))
+        }),
     };
     file.sensors
         .iter()
-        .map(|(name, spec)| SensorGroup { name: name.clone(), sensors: lay_out(spec) })
+        .map(|(name, spec)| Ok(SensorGroup { name: name.clone(), sensors: lay_out(name, spec)? }))
         .collect()
 }
 

@@ -19,6 +19,9 @@ const FACES_PER_TASK: usize = 512;
 /// The largest number of points along each side of a face.
 const FINEST: usize = 24;
 
+/// The most points along each side of a face at which an error is measured: enough for its mean square, whatever the degree.
+const MEASURED: usize = 6;
+
 /// A point of a face as a quadrature node on the sphere about the centre.
 struct Node {
     /// From the centre to the point, a unit vector.
@@ -122,12 +125,16 @@ pub fn radial_error(
             let (mut squares, mut sphere, mut max) = (0.0, 0.0, 0.0_f64);
             for face in range {
                 let corners = mesh.corners(face).map(|x| x - centre);
-                for_each_node(&corners, &rules[points_per_side(&corners, lmax)], |node| {
-                    let difference = node.radius - series.value(node.direction);
-                    squares += node.solid_angle * difference * difference;
-                    sphere += node.solid_angle;
-                    max = max.max(difference.abs());
-                });
+                for_each_node(
+                    &corners,
+                    &rules[points_per_side(&corners, lmax).min(MEASURED)],
+                    |node| {
+                        let difference = node.radius - series.value(node.direction);
+                        squares += node.solid_angle * difference * difference;
+                        sphere += node.solid_angle;
+                        max = max.max(difference.abs());
+                    },
+                );
             }
             (squares, sphere, max)
         })

@@ -307,8 +307,8 @@ impl MeshSpec {
 pub struct ShSpec {
     /// The mesh or coefficient file.
     pub file: FileRef,
-    /// The truncation lmax, from 0 to 4096.
-    #[serde(deserialize_with = "whole::<0, 4096, _, _>")]
+    /// The truncation lmax, from 0 to 1400.
+    #[serde(deserialize_with = "whole::<0, 1400, _, _>")]
     pub degree: usize,
     /// Where the file's own origin goes, metres; the expansion centre is part of the shape.
     #[serde(default, deserialize_with = "point")]

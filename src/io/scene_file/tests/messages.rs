@@ -197,7 +197,7 @@ pub(super) const BAD_SHAPES: &[Damage] = &[
     ("smooth = true", "scale = 0",
         "24:9: `scale` in [objects.twin.mesh] must be above 0, found 0\n  help: write it like `scale = 6`"),
     ("degree = 8.0", "degree = 8.5",
-        "30:10: `degree` in [objects.\"the head\".sh] must be a whole number from 0 to 4096, found 8.5\n  help: write it like `degree = 32`"),
+        "30:10: `degree` in [objects.\"the head\".sh] must be a whole number from 0 to 1400, found 8.5\n  help: write it like `degree = 32`"),
     ("degree = 8.0\n", "",
         "28:1: missing key `degree` in [objects.\"the head\".sh]\n  help: add `degree = 32`"),
     ("\"step-bisection\"", "\"certified\"",
