@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::math::Ray;
+use crate::math::{Aabb, Ray};
 use crate::scene::Object;
 use crate::surface::Surface;
 
@@ -14,8 +14,23 @@ const SIDE: u32 = 16;
 
 /// Tells whether a point lies behind a closed surface: inside a body, or outside a room whose normals point inward.
 pub(super) fn is_behind(surface: &dyn Surface, point: DVec3) -> bool {
-    let direction = ASIDE.normalize();
-    surface.hit(&Ray::new(point, direction)).is_some_and(|hit| hit.normal.dot(direction) > 0.0)
+    let met_from_behind = |direction: DVec3| {
+        let hit = surface.hit(&Ray::new(point, direction))?;
+        Some(hit.normal.dot(direction) > 0.0)
+    };
+    // From outside a ray may miss, which does not tell a body from a room: then the surface is aimed at.
+    let aimed =
+        || aims(surface.bounds()).find_map(|aim| met_from_behind((aim - point).normalize()));
+    met_from_behind(ASIDE.normalize()).or_else(aimed).unwrap_or(false)
+}
+
+/// Gives points within bounds to aim at: near the middle, then near that of each eighth; `ASIDE` keeps them off the edges of ordinary scenes.
+fn aims(bounds: Aabb) -> impl Iterator<Item = DVec3> {
+    let half = 0.5 * bounds.extent();
+    let eighth =
+        |i: usize| DVec3::from_array([i & 1, (i >> 1) & 1, i >> 2].map(|b| b as f64 - 0.5));
+    let offsets = std::iter::once(DVec3::ZERO).chain((0..8).map(eighth));
+    offsets.map(move |offset| bounds.centre() + half * (offset + 0.05 * ASIDE))
 }
 
 /// Gives the share of an object's surface, 0 to 1, that lies behind another closed surface; `None` when it cannot be sampled.
@@ -40,6 +55,17 @@ mod tests {
         assert!(is_behind(&body, DVec3::splat(0.1)) && !is_behind(&body, DVec3::splat(1.0)));
         let room = AxisBox::new(DVec3::splat(-1.0), DVec3::ONE).expect("valid").turned_inward(true);
         assert!(!is_behind(&room, DVec3::splat(0.1)) && is_behind(&room, DVec3::splat(-1.5)));
+    }
+
+    #[test]
+    fn outside_of_a_room_is_behind_on_every_side() {
+        let room = AxisBox::new(DVec3::splat(-1.0), DVec3::ONE).expect("valid").turned_inward(true);
+        let body = AxisBox::new(DVec3::splat(-1.0), DVec3::ONE).expect("valid");
+        for axis in DVec3::AXES {
+            for at in [-30.0 * axis, -1.1 * axis, 1.1 * axis, 30.0 * axis] {
+                assert!(is_behind(&room, at) && !is_behind(&body, at), "{at}");
+            }
+        }
     }
 
     #[test]
