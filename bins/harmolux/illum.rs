@@ -13,6 +13,7 @@ use harmolux::{Error, Result};
 
 use super::arguments::{Illum, SceneArguments};
 use super::exit::Code;
+use super::fit::about;
 use super::progress::{self, Meter};
 use super::render::{code, load_scene, read_scene, stop};
 use super::{interrupt, say};
@@ -36,14 +37,15 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let settings = settings(&file.illum, &loaded.scene, &verb.common);
     interrupt::listen();
     let meter = Meter::start("measuring", "largest 95 % half width");
-    let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))?;
+    let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))
+        .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
     fill(&mut table, &loaded.sensors, &survey);
     if let Some(output) = output {
         output.write(&table.to_csv()?)?;
     }
     if as_json {
-        print!("{}", String::from_utf8_lossy(&table.to_json()?));
+        say::data(&String::from_utf8_lossy(&table.to_json()?));
     } else {
         report(&loaded.sensors, &survey);
     }
@@ -137,7 +139,7 @@ fn report(groups: &[SensorGroup], survey: &Survey) {
                 number(r.direct.mean),
             ]);
         }
-        println!("{table}");
+        say::data(&format!("{table}\n"));
         summary(group, results);
     }
     let end = match survey.ending {
@@ -161,12 +163,12 @@ fn summary(group: &SensorGroup, results: &[Illuminance]) {
     let mean = values().sum::<f64>() / results.len() as f64;
     let (least, largest) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
     let number = |x: f64| say::significant(x, 4);
-    println!(
-        "{}: mean {} lx, least {} lx, largest {} lx, U0 = {}\n",
+    say::data(&format!(
+        "{}: mean {} lx, least {} lx, largest {} lx, U0 = {}\n\n",
         group.name,
         number(mean),
         number(least),
         number(largest),
         say::significant(least / mean, 3)
-    );
+    ));
 }

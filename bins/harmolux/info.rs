@@ -29,7 +29,7 @@ pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
         mesh(&verb.file)?
     };
     if as_json {
-        println!("{value}");
+        say::data(&format!("{value}\n"));
     } else {
         say::pairs(&lines);
     }

@@ -14,6 +14,7 @@ use serde_json::json;
 
 use super::arguments::{Render, SceneArguments};
 use super::exit::Code;
+use super::fit::about;
 use super::progress::{self, Meter};
 use super::{interrupt, say};
 
@@ -26,7 +27,8 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let settings = settings(&file.render, &loaded.scene, &verb.common);
     interrupt::listen();
     let meter = Meter::start("rendering", "median relative error");
-    let rendering = render(&loaded.scene, &camera, &settings, &|p| meter.show(p))?;
+    let rendering = render(&loaded.scene, &camera, &settings, &|p| meter.show(p))
+        .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
     let mut written = Vec::new();
     for (image, output) in outputs {
@@ -40,7 +42,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     }
     warn(&rendering);
     if as_json {
-        println!("{}", report_json(&loaded.fits, &rendering, &written));
+        say::data(&format!("{}\n", report_json(&loaded.fits, &rendering, &written)));
     } else {
         report(&loaded.fits, &rendering, &written);
     }
@@ -94,7 +96,14 @@ pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>) -> Code {
     match ending {
         Ending::Interrupted => Code::Interrupted,
         _ if met => Code::Done,
-        _ => Code::NotMet,
+        _ => {
+            let target = stop.relative_error.map_or(String::new(), say::percent);
+            let reached = error.map_or("unknown".to_owned(), say::percent);
+            say::warning(&format!(
+                "the target relative error of {target} is not met: it is {reached}"
+            ));
+            Code::NotMet
+        }
     }
 }
 

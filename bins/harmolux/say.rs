@@ -1,8 +1,21 @@
 //! Talk on stderr: warnings, errors, notes; and tables for people on stdout.
 
+use std::io::{self, Write};
+
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 use harmolux::Error;
+
+/// Prints data on stdout. Where it cannot be taken, as by a reader that has left, the files are what counts: that is no failure.
+pub(crate) fn data(text: &str) {
+    let mut stdout = io::stdout().lock();
+    let printed = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
+    if let Err(e) = printed.as_ref().map_err(io::Error::kind)
+        && e != io::ErrorKind::BrokenPipe
+    {
+        warning(&format!("stdout: cannot write: {e}"));
+    }
+}
 
 /// Prints an error.
 pub(crate) fn error(error: &Error) {
@@ -33,7 +46,7 @@ pub(crate) fn table(header: &[&str]) -> Table {
 pub(crate) fn pairs(pairs: &[(&str, String)]) {
     let width = pairs.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     for (name, value) in pairs {
-        println!("{name:<width$}  {value}");
+        data(&format!("{name:<width$}  {value}\n"));
     }
 }
 
