@@ -6,7 +6,7 @@ use glam::DVec3;
 use harmolux::Result;
 use harmolux::io::coefficients::{self, Shape};
 use harmolux::io::meshes;
-use harmolux::sh::{Bounds, CondonShortley, Convention, volume};
+use harmolux::sh::{Bounds, Convention, volume};
 use harmolux::study::{mesh_bytes, series_bytes};
 use harmolux::surface::{MeshReport, star};
 use serde_json::{Value, json};
@@ -22,7 +22,7 @@ pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
     let (lines, value) = if is_series {
         let convention = verb.normalisation.map(|normalisation| Convention {
             normalisation,
-            phase: verb.csphase.unwrap_or(CondonShortley::default()),
+            phase: verb.csphase.unwrap_or_default(),
         });
         series(&coefficients::read(&verb.file, convention)?)?
     } else {

@@ -87,7 +87,7 @@ fn bound_cell(series: &Series, bounds: &Bounds, side: usize, i: usize) -> Range 
 
 /// Gives the unit vector through (u, v) of a cube face; faces 0..6 are +x, -x, +y, -y, +z, -z.
 fn direction(face: usize, u: f64, v: f64) -> DVec3 {
-    let w = if face % 2 == 0 { 1.0 } else { -1.0 };
+    let w = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
     let mut d = DVec3::ZERO;
     let axis = face / 2;
     d[axis] = w;
