@@ -26,7 +26,7 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
         ProjectionName::Grid => Projection::Grid { oversampling: verb.oversampling as usize },
     };
     let settings = FitSettings { lmax: verb.degree as usize, projection, centre: verb.centre };
-    let fit = fit(&mesh, &settings).map_err(|e| about(&verb.mesh, &e))?;
+    let fit = fit(&mesh, &settings).map_err(|e| about(&verb.mesh, e))?;
     let shape = Shape {
         coefficients: fit.coefficients.clone(),
         centre: fit.centre,
@@ -128,10 +128,13 @@ pub(crate) fn source(path: &Path) -> Result<Source> {
     Ok(Source::new(path, &bytes))
 }
 
-/// Puts the file before what is wrong with the shape in it.
-pub(crate) fn about(path: &Path, error: &Error) -> Error {
+/// Puts the file before what is wrong with what it holds.
+pub(crate) fn about(path: &Path, error: Error) -> Error {
+    let name = path.display();
     match error {
-        Error::Geometry(text) => Error::Geometry(format!("{}: {text}", path.display())),
-        other => Error::Parameter(other.to_string()),
+        Error::Geometry(text) => Error::Geometry(format!("{name}: {text}")),
+        Error::Parameter(text) => Error::Parameter(format!("{name}: {text}")),
+        Error::Numeric(text) => Error::Numeric(format!("{name}: {text}")),
+        other => other,
     }
 }

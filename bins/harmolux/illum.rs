@@ -13,8 +13,9 @@ use harmolux::{Error, Result};
 
 use super::arguments::{Illum, SceneArguments};
 use super::exit::Code;
+use super::fit::about;
 use super::progress::{self, Meter};
-use super::render::{code, in_scene, load_scene, read_scene, stop};
+use super::render::{code, load_scene, read_scene, stop};
 use super::{interrupt, say};
 
 /// Runs the verb.
@@ -37,7 +38,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     interrupt::listen();
     let meter = Meter::start("measuring", "largest 95 % half width");
     let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))
-        .map_err(|e| in_scene(&file, e))?;
+        .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
     fill(&mut table, &loaded.sensors, &survey);
     if let Some(output) = output {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use harmolux::Result;
 use harmolux::estimators::{Ending, Estimator, ImageSettings, Rendering, Stop, Weighting, render};
 use harmolux::io::images::{Exr, png};
 use harmolux::io::output::{Kind, Output};
@@ -9,11 +10,11 @@ use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec,
 use harmolux::math::Randomness;
 use harmolux::scene::{Perspective, Scene};
 use harmolux::study::{FittedObject, Loaded, camera, load, mesh_bytes, series_bytes};
-use harmolux::{Error, Result};
 use serde_json::json;
 
 use super::arguments::{Render, SceneArguments};
 use super::exit::Code;
+use super::fit::about;
 use super::progress::{self, Meter};
 use super::{interrupt, say};
 
@@ -27,7 +28,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     interrupt::listen();
     let meter = Meter::start("rendering", "median relative error");
     let rendering = render(&loaded.scene, &camera, &settings, &|p| meter.show(p))
-        .map_err(|e| in_scene(&file, e))?;
+        .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
     let mut written = Vec::new();
     for (image, output) in outputs {
@@ -58,7 +59,6 @@ pub(crate) fn read_scene(common: &SceneArguments) -> Result<SceneFile> {
 
 /// Builds the scene and says what was noticed.
 pub(crate) fn load_scene(file: &SceneFile) -> Result<Loaded> {
-    say::note(&format!("loading {}", file.source.path().display()));
     let loaded = load(file)?;
     for warning in &loaded.warnings {
         say::warning(warning);
@@ -105,16 +105,6 @@ pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>, name: &str) -
         Ending::Interrupted => Code::Interrupted,
         _ if met => Code::Done,
         _ => Code::NotMet,
-    }
-}
-
-/// Names the scene in what the estimators say of it.
-pub(crate) fn in_scene(file: &SceneFile, error: Error) -> Error {
-    match error {
-        Error::Parameter(text) => {
-            Error::Parameter(format!("{}: {text}", file.source.path().display()))
-        }
-        other => other,
     }
 }
 

@@ -12,9 +12,19 @@ use super::exit::Code;
 use super::fit::{about, read_mesh, source};
 use super::say;
 
-/// Runs the verb.
+/// Runs the verb; a folder made for it does not stay behind empty when it fails.
 pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
+    let is_new = !verb.output.exists();
     std::fs::create_dir_all(&verb.output).map_err(|e| Error::io(&verb.output, "create", e))?;
+    let done = measure(verb, as_json);
+    if done.is_err() && is_new {
+        // Removes an empty folder only.
+        let _ = std::fs::remove_dir(&verb.output);
+    }
+    done
+}
+
+fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let mut table = columns();
     let csv = Output::open(&verb.output.join("sweep.csv"), &table.csv_kind()?, verb.force)?;
     let stem = verb.mesh.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -26,7 +36,7 @@ pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
     let mesh = read_mesh(&verb.mesh, &verb.habits)?;
     let lines = verb.degrees.0.len() + 1;
     let rows = sweep(&mesh, &verb.degrees.0, &|done| say::note(&format!("{done} of {lines}")))
-        .map_err(|e| about(&verb.mesh, &e))?;
+        .map_err(|e| about(&verb.mesh, e))?;
     for row in &rows {
         fill(&mut table, row);
     }

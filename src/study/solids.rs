@@ -58,6 +58,16 @@ mod tests {
     }
 
     #[test]
+    fn outside_of_a_room_is_behind_on_every_side() {
+        let body = AxisBox::new(DVec3::splat(-1.0), DVec3::ONE).expect("valid");
+        let room = body.turned_inward(true);
+        for side in DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]) {
+            assert!(is_behind(&room, 1.01 * side) && is_behind(&room, 30.0 * side));
+            assert!(!is_behind(&body, 1.01 * side) && !is_behind(&body, 30.0 * side));
+        }
+    }
+
+    #[test]
     fn cutting_a_wall_shows_as_a_share() {
         let material = Material::lambert(Rgb::grey(0.5)).expect("valid");
         let room = AxisBox::new(DVec3::splat(-1.0), DVec3::ONE).expect("valid").turned_inward(true);

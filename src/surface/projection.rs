@@ -16,8 +16,11 @@ use crate::{Error, Result};
 /// Faces that are added up together; fixed, so that sums do not depend on the number of threads.
 const FACES_PER_TASK: usize = 512;
 
-/// The largest number of points along each side of a face.
+/// The largest number of points along each side of a face; one that wants more is split in four.
 const FINEST: usize = 24;
+
+/// How often a face may be split: enough for one that fills half the sphere at degree 1000.
+const DEEPEST: usize = 8;
 
 /// The most points along each side of a face at which an error is measured: enough for its mean square, whatever the degree.
 const MEASURED: usize = 6;
@@ -33,7 +36,7 @@ struct Node {
 /// Projects the radius of a mesh about `centre` onto the basis, face by face.
 ///
 /// The mesh must be star-shaped about the centre, see [`super::star`]; faces seen from behind count negatively. The number of points per face follows
-/// from its angular size times `lmax`; the error is about 1e-8 of the mean radius.
+/// from its angular size times `lmax`, large faces being split; the error is about 1e-10 of the mean radius.
 ///
 /// # Errors
 /// [`Error::Parameter`] for a degree too high to evaluate.
@@ -55,7 +58,7 @@ fn project_with(
             let mut moments = empty.clone();
             for face in range {
                 let corners = mesh.corners(face).map(|x| x - centre);
-                for_each_node(&corners, &rules[points(&corners)], |node| {
+                visit_face(corners, &points, &rules, DEEPEST, &mut |node| {
                     moments.add(node.direction, node.solid_angle * node.radius);
                 });
             }
@@ -120,21 +123,22 @@ pub fn radial_error(
     let series = Series::new(coefficients)?;
     let rules = rules();
     let lmax = coefficients.lmax();
+    // What is measured is not needed to more than some digits, whatever the degree.
+    let points = |corners: &[DVec3; 3]| match points_per_side(corners, lmax) {
+        few @ ..=FINEST => few.min(MEASURED),
+        many => many,
+    };
     let parts: Vec<(f64, f64, f64)> = tasks(mesh.triangles().len())
         .map(|range| {
             let (mut squares, mut sphere, mut max) = (0.0, 0.0, 0.0_f64);
             for face in range {
                 let corners = mesh.corners(face).map(|x| x - centre);
-                for_each_node(
-                    &corners,
-                    &rules[points_per_side(&corners, lmax).min(MEASURED)],
-                    |node| {
-                        let difference = node.radius - series.value(node.direction);
-                        squares += node.solid_angle * difference * difference;
-                        sphere += node.solid_angle;
-                        max = max.max(difference.abs());
-                    },
-                );
+                visit_face(corners, &points, &rules, DEEPEST, &mut |node| {
+                    let difference = node.radius - series.value(node.direction);
+                    squares += node.solid_angle * difference * difference;
+                    sphere += node.solid_angle;
+                    max = max.max(difference.abs());
+                });
             }
             (squares, sphere, max)
         })
@@ -169,8 +173,29 @@ fn points_per_side(corners: &[DVec3; 3], lmax: usize) -> usize {
     let span = a.angle_between(*b).max(b.angle_between(*c)).max(c.angle_between(*a));
     let radii = corners.map(DVec3::length);
     let swing = (radii[0].max(radii[1]).max(radii[2]) / radii[0].min(radii[1]).min(radii[2])).ln();
-    let points = 4.0 + lmax as f64 * span + 8.0 * swing;
-    if points.is_finite() { (points as usize).clamp(2, FINEST) } else { FINEST }
+    // The last ten radians of phase stand for the turn of 1/|x|^2 itself.
+    let points = 4.0 + (lmax as f64 + 10.0) * span + 8.0 * swing;
+    if points.is_finite() { points as usize } else { FINEST }
+}
+
+/// Visits the quadrature nodes of a face, after splitting it at the middles of its edges as often as its size asks for.
+fn visit_face(
+    corners: [DVec3; 3],
+    points: &impl Fn(&[DVec3; 3]) -> usize,
+    rules: &[Rule],
+    splits: usize,
+    visit: &mut impl FnMut(Node),
+) {
+    let wanted = points(&corners);
+    if wanted <= FINEST || splits == 0 {
+        for_each_node(&corners, &rules[wanted.min(FINEST)], visit);
+        return;
+    }
+    let [a, b, c] = corners;
+    let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
+    for quarter in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+        visit_face(quarter, points, rules, splits - 1, visit);
+    }
 }
 
 /// Walks over the Duffy points of a face: the square collapsed onto the triangle, u towards the side opposite to the first corner.
@@ -246,10 +271,45 @@ mod tests {
     }
 
     #[test]
+    fn faces_of_large_angular_size_are_integrated_as_well() {
+        // A cube seen from off its centre: splitting its twelve faces beforehand must change nothing.
+        let corner = |i: usize| DVec3::new((i & 1) as f64, ((i >> 1) & 1) as f64, (i >> 2) as f64);
+        let faces: Vec<[u32; 3]> = vec![
+            [0, 2, 3],
+            [0, 3, 1],
+            [4, 5, 7],
+            [4, 7, 6],
+            [0, 1, 5],
+            [0, 5, 4],
+            [2, 6, 7],
+            [2, 7, 3],
+            [0, 4, 6],
+            [0, 6, 2],
+            [1, 3, 7],
+            [1, 7, 5],
+        ];
+        let mut split = (Vec::new(), Vec::new());
+        for face in &faces {
+            let [a, b, c] = face.map(|i| corner(i as usize));
+            let first = u32::try_from(split.0.len()).expect("small");
+            split.0.extend([a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)]);
+            let quarters: [[u32; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
+            split.1.extend(quarters.map(|q| q.map(|i| i + first)));
+        }
+        let whole = Mesh::new((0..8).map(corner).collect(), faces).expect("valid");
+        let split = Mesh::new(split.0, split.1).expect("valid");
+        let centre = DVec3::new(0.4, 0.5, 0.6);
+        let [a, b] = [&whole, &split].map(|m| project_conforming(m, centre, 16).expect("fits"));
+        let pairs = a.cosines().iter().chain(a.sines()).zip(b.cosines().iter().chain(b.sines()));
+        let worst = pairs.fold(0.0_f64, |w, (x, y)| w.max((x - y).abs()));
+        assert!(worst <= 1e-9, "{worst:e}");
+    }
+
+    #[test]
     fn points_follow_the_angular_size() {
         let wide = [DVec3::X, DVec3::Y, DVec3::Z];
         let narrow = [DVec3::X, DVec3::new(1.0, 0.01, 0.0), DVec3::new(1.0, 0.0, 0.01)];
-        assert_eq!(points_per_side(&wide, 64), FINEST);
+        assert!(points_per_side(&wide, 64) > FINEST);
         assert_eq!(points_per_side(&narrow, 32), 4);
     }
 }

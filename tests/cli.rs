@@ -1,0 +1,866 @@
+//! The tool as a user meets it: a process in a folder of its own, judged by its exit code, what it says and what it writes.
+
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use harmolux::io::coefficients;
+use harmolux::io::images::Exr;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A room with a crate, a lamp, a camera of 16 x 12 pixels and five sensors: nothing is fitted, so all runs are short.
+const ROOM: &str = r#"format = 1
+
+[materials.walls.lambert]
+reflectance = 0.5
+
+[objects.room.box]
+min = [0, 0, 0]
+max = [4, 5, 3]
+inward = true
+material = "walls"
+
+[objects.crate.box]
+min = [2.5, 3, 0.2]
+max = [3.5, 4, 1.2]
+material = "walls"
+
+[lights.lamp.point]
+at = [1, 1, 2.5]
+intensity = 100
+
+[cameras.main.perspective]
+from = [2, 0.25, 1.6]
+to = [2, 3, 1.2]
+fov = 60
+resolution = [16, 12]
+
+[sensors.floor.grid]
+on = "room.z_min"
+border = 0.5
+count = [3, 1]
+
+[sensors.spots.points]
+at = [[1, 1, 0], [3, 1, 0]]
+normal = [0, 0, 1]
+
+[render]
+seed = 1
+stop = { walks = 16 }
+
+[illum]
+seed = 1
+stop = { walks = 64 }
+"#;
+
+/// The stop that makes renders of the repository's own scene short.
+const SHORT: [&str; 4] = ["--size", "16x12", "-D", "render.stop={walks=16}"];
+
+fn repository(path: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path).display().to_string()
+}
+
+fn head_room() -> String {
+    repository("data/scenes/head_room.toml")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap_or(-1)
+}
+
+/// Asks for each of the words in a text.
+fn assert_says(text: &str, words: &[&str]) {
+    for word in words {
+        assert!(text.contains(word), "`{word}` is missing in:\n{text}");
+    }
+}
+
+/// A folder to work in.
+struct Desk(TempDir);
+
+impl Desk {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a folder"))
+    }
+
+    /// A folder with `room.toml`.
+    fn with_room() -> Self {
+        let desk = Self::new();
+        desk.put("room.toml", ROOM);
+        desk
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn put(&self, name: &str, text: &str) {
+        fs::write(self.path(name), text).expect("written");
+    }
+
+    fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    fn text(&self, name: &str) -> String {
+        String::from_utf8(self.bytes(name)).expect("UTF-8")
+    }
+
+    /// Everything in the folder; a folder in it has no bytes.
+    fn content(&self) -> BTreeMap<PathBuf, Vec<u8>> {
+        let entries = fs::read_dir(self.0.path()).expect("readable");
+        let paths = entries.map(|e| e.expect("readable").path());
+        paths.map(|path| (path.clone(), fs::read(&path).unwrap_or_default())).collect()
+    }
+
+    fn command<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
+        command.current_dir(self.0.path()).args(arguments);
+        command
+    }
+
+    fn run<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Output {
+        self.command(arguments).output().expect("the tool starts")
+    }
+
+    /// Runs what must be done without complaint.
+    fn done<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Output {
+        let output = self.run(arguments);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        output
+    }
+
+    /// Runs what must be done with `--json`.
+    fn json<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Value {
+        let output = self.command(arguments).arg("--json").output().expect("the tool starts");
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        serde_json::from_slice(&output.stdout).expect("valid JSON on stdout, and nothing else")
+    }
+
+    /// Runs what must be refused as bad input, in these words, without writing anything.
+    fn refused<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>, words: &[&str]) {
+        let before = self.content();
+        let output = self.run(arguments);
+        assert_eq!(code(&output), 3, "{}", stderr(&output));
+        assert!(stderr(&output).starts_with("error: "), "{}", stderr(&output));
+        assert_says(&stderr(&output), words);
+        assert_eq!(stdout(&output), "", "data for bad input");
+        assert!(self.content() == before, "something was written: {:?}", self.content().keys());
+    }
+
+    /// Refuses the room with `from` replaced by `to`.
+    fn refused_room(&self, verb: &str, [from, to]: [&str; 2], words: &[&str]) {
+        assert!(ROOM.contains(from), "{from}");
+        self.put("changed.toml", &ROOM.replacen(from, to, 1));
+        self.refused([verb, "changed.toml"], words);
+    }
+
+    /// Refuses a mesh for each verb that shapes it.
+    fn refused_mesh(&self, mesh: &str, words: &[&str]) {
+        self.refused(["fit", mesh, "-l", "2", "-o", "out.txt"], words);
+        self.refused(["sweep", mesh, "-l", "2", "-o", "out"], words);
+    }
+}
+
+/// Writes a prism over the polygon `corners` (counter-clockwise), whose caps are cut into the quadrilaterals `caps` (from 0).
+fn prism(corners: &[[f64; 2]], heights: [f64; 2], caps: &[[usize; 4]]) -> String {
+    let n = corners.len();
+    let mut text = String::new();
+    for z in heights {
+        for [x, y] in corners {
+            writeln!(text, "v {x} {y} {z}").expect("a String takes all");
+        }
+    }
+    let mut face = |corners: [usize; 4]| {
+        let [a, b, c, d] = corners.map(|i| i + 1);
+        writeln!(text, "f {a} {b} {c} {d}").expect("a String takes all");
+    };
+    for &[a, b, c, d] in caps {
+        face([d, c, b, a]);
+        face([a + n, b + n, c + n, d + n]);
+    }
+    for i in 0..n {
+        let j = (i + 1) % n;
+        face([i, j, j + n, i + n]);
+    }
+    text
+}
+
+/// A cube of side `2 a` about the origin.
+fn cube(a: f64) -> String {
+    prism(&[[-a, -a], [a, -a], [a, a], [-a, a]], [-a, a], &[[0, 1, 2, 3]])
+}
+
+/// A prism shaped like the letter U: no point sees all of it.
+fn u_shape() -> String {
+    let corners = [[0., 0.], [3., 0.], [3., 3.], [2., 3.], [2., 1.], [1., 1.], [1., 3.], [0., 3.]];
+    prism(&corners, [0.0, 1.0], &[[0, 1, 4, 5], [1, 2, 3, 4], [0, 5, 6, 7]])
+}
+
+// Renders.
+
+#[test]
+fn head_room_renders_to_png_and_exr_with_a_full_report_again_and_again() {
+    let desk = Desk::new();
+    for _ in 0..2 {
+        let output = desk.done(["render", &head_room()].into_iter().chain(SHORT));
+        assert_says(
+            &stdout(&output),
+            &[
+                "degree 32, 1089 coefficients",
+                "4 356 B against 587 796 B of the mesh",
+                "error of the fit  RMS 0.519 %, largest",
+                "image             16 x 12, mean",
+                "walks             16 per pixel in 2 replicates",
+                "time  ",
+                "relative error  ",
+                "head_room.png",
+                "head_room.exr",
+            ],
+        );
+        assert_says(&stderr(&output), &["fitted `head`: degree 32", "exposure"]);
+    }
+    assert!(desk.bytes("head_room.png").starts_with(b"\x89PNG\r\n\x1a\n"));
+    assert_eq!(desk.content().len(), 2);
+}
+
+#[test]
+fn json_report_of_a_render_has_the_same_numbers() {
+    let desk = Desk::new();
+    let report = desk.json(["render", &head_room()].into_iter().chain(SHORT));
+    let head = &report["objects"][0];
+    assert_eq!(head["name"], "head");
+    assert_eq!((&head["degree"], &head["coefficients"]), (&32.into(), &1089.into()));
+    assert_eq!((&head["bytes"], &head["mesh_bytes"]), (&4356.into(), &587_796.into()));
+    // The README's 0.519 %, to its last digit.
+    let rms = head["relative_rms"].as_f64().expect("a number");
+    assert!((rms - 0.005_19).abs() <= 0.000_005, "{rms}");
+    assert_eq!(report["resolution"], serde_json::json!([16, 12]));
+    assert_eq!((&report["walks_per_pixel"], &report["replicates"]), (&16.into(), &2.into()));
+    assert_eq!((&report["ending"], &report["spoilt_samples"]), (&"walks".into(), &0.into()));
+    assert_eq!(report["written"], serde_json::json!(["head_room.png", "head_room.exr"]));
+    for name in ["mean_luminance", "mean_luminance_stderr", "median_relative_error", "seconds"] {
+        assert!(report[name].as_f64().is_some_and(|x| x > 0.0), "{name}: {report}");
+    }
+}
+
+#[test]
+fn exr_holds_colour_luminance_and_its_standard_error() {
+    let desk = Desk::with_room();
+    let report = desk.json(["render", "room.toml", "-o", "a.exr"]);
+    let image = Exr::read(&desk.path("a.exr")).expect("readable");
+    assert_eq!((image.width(), image.height()), (16, 12));
+    assert!(image.channel_names().eq(["B", "G", "R", "Y", "stderr.Y"]));
+    let channel = |name| image.channel(name).expect("there");
+    let mean = channel("Y").iter().map(|y| f64::from(*y)).sum::<f64>() / (16.0 * 12.0);
+    let said = report["mean_luminance"].as_f64().expect("a number");
+    // f32 keeps seven digits.
+    assert!((mean - said).abs() <= 1e-6 * said, "{mean} {said}");
+    assert!(channel("stderr.Y").iter().all(|e| *e >= 0.0));
+    for (name, value) in [("scene", "room.toml"), ("seed", "1"), ("unit", "cd/m2")] {
+        assert_eq!(image.attribute(name), Some(&value.into()), "{name}");
+    }
+}
+
+#[test]
+fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
+    let desk = Desk::new();
+    let scene = head_room();
+    let picture = |seed: &str, threads: &str| {
+        let more = ["--seed", seed, "-j", threads, "-D", "objects.head.sh.degree=4"];
+        desk.done(["render", &scene].into_iter().chain(SHORT).chain(more));
+        [desk.bytes("head_room.png"), desk.bytes("head_room.exr")]
+    };
+    let first = picture("7", "1");
+    assert!(first == picture("7", "2"), "the number of threads changed the picture");
+    let other = picture("8", "2");
+    assert!(first[0] != other[0] && first[1] != other[1], "the seed did not change the picture");
+}
+
+#[test]
+fn named_outputs_and_a_quick_look_replace_the_defaults() {
+    let desk = Desk::with_room();
+    let report = desk.json(["render", "room.toml", "-o", "look.PNG", "--quick"]);
+    assert_eq!(report["resolution"], serde_json::json!([8, 6]));
+    assert_eq!(report["written"], serde_json::json!(["look.PNG"]));
+    assert_eq!(desk.content().len(), 2);
+}
+
+#[test]
+fn override_changes_the_light() {
+    let desk = Desk::with_room();
+    let mean = |intensity: &str| {
+        let define = format!("lights.lamp.point.intensity={intensity}");
+        let report = desk.json(["render", "room.toml", "-D", &define]);
+        report["mean_luminance"].as_f64().expect("a number")
+    };
+    let [one, two] = [mean("100"), mean("200")];
+    // The same walks with twice the light: equal to rounding.
+    assert!((two - 2.0 * one).abs() <= 1e-12 * two, "{one} {two}");
+}
+
+// Illuminance.
+
+#[test]
+fn illum_prints_a_table_for_each_group_and_writes_csv() {
+    let desk = Desk::with_room();
+    for _ in 0..2 {
+        let output = desk.done(["illum", "room.toml", "-o", "lux.csv"]);
+        assert_says(
+            &stdout(&output),
+            &["| floor |", "| spots |", "E lx", "± 95 %", "direct lx", "floor: mean", "U0 = "],
+        );
+        assert_says(&stderr(&output), &["64 walks in"]);
+    }
+    let csv = desk.text("lux.csv");
+    let mut lines = csv.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "group,x_m,y_m,z_m,normal_x,normal_y,normal_z,illuminance_lx,half_width_95_lx,\
+             standard_error_lx,direct_lx,spoilt_samples"
+        )
+    );
+    let groups: Vec<&str> = lines.filter_map(|l| l.split(',').next()).collect();
+    assert_eq!(groups, ["floor", "floor", "floor", "spots", "spots"]);
+}
+
+#[test]
+fn json_of_illum_has_a_row_for_each_sensor() {
+    let desk = Desk::with_room();
+    let report = desk.json(["illum", "room.toml"]);
+    let rows = report["rows"].as_array().expect("rows");
+    assert_eq!(rows.len(), 5);
+    // Straight below the lamp at 1.5 m to one side: E = I h / d^3, without any walk.
+    let spot = rows.iter().find(|r| r["group"] == "spots").expect("a spot");
+    let direct = spot["direct_lx"].as_f64().expect("a number");
+    assert!((direct - 100.0 / 6.25).abs() <= 1e-9, "{direct}");
+    for row in rows {
+        let number = |name: &str| row[name].as_f64().unwrap_or(f64::NAN);
+        assert!(number("illuminance_lx") > 0.0, "{row}");
+        assert!(number("half_width_95_lx") > number("standard_error_lx"), "{row}");
+    }
+    assert_eq!(desk.content().len(), 1, "nothing is written without -o");
+}
+
+// Coefficients.
+
+#[test]
+fn fitted_coefficients_are_described_and_stand_in_a_scene() {
+    let desk = Desk::new();
+    let fit = ["fit", &repository("data/head.obj"), "-l", "8", "-o", "head.txt"];
+    assert_says(&stdout(&desk.done(fit)), &["8, 81 coefficients", "324 B in f32", "RMS error"]);
+    assert_says(&stdout(&desk.done(["info", "head.txt"])), &["degree       8, 81", "head.obj"]);
+    let [fitted, held] = [desk.json(fit), desk.json(["info", "head.txt"])];
+    for name in ["degree", "coefficients", "bytes", "centre", "mean_radius"] {
+        assert_eq!(fitted[name], held[name], "{name}");
+    }
+    let head = "[objects.head.sh]\nfile = \"head.txt\"\ndegree = 8\nat = [1.5, 3, 1.5]\nscale = 5\nmaterial = \"walls\"\n";
+    desk.put("room.toml", &format!("{ROOM}{head}"));
+    let with_head = desk.done(["render", "room.toml", "-o", "a.exr"]);
+    assert!(!stderr(&with_head).contains("warning"), "{}", stderr(&with_head));
+    desk.put("room.toml", ROOM);
+    desk.done(["render", "room.toml", "-o", "b.exr"]);
+    assert!(desk.bytes("a.exr") != desk.bytes("b.exr"), "the head is not to be seen");
+}
+
+#[test]
+fn grid_projection_comes_close_to_the_conforming_one() {
+    let desk = Desk::new();
+    let head = repository("data/head.obj");
+    desk.done(["fit", &head, "-l", "4", "-o", "a.txt"]);
+    let finer = ["--projection", "grid", "--oversampling", "16"];
+    desk.done(["fit", &head, "-l", "4", "-o", "b.txt"].into_iter().chain(finer));
+    let read = |name| coefficients::read(&desk.path(name), None).expect("readable").coefficients;
+    let [a, b] = [read("a.txt"), read("b.txt")];
+    for (l, m) in (0..=4).flat_map(|l| (0..=l).map(move |m| (l, m))) {
+        let (one, other) = (a.get(l, m), b.get(l, m));
+        // The grid of about 80 x 160 rays aliases the faces' edges to some 1e-4 of the mean radius.
+        let error = (one.0 - other.0).hypot(one.1 - other.1) / a.mean();
+        assert!(error <= 1e-3, "degree {l}, order {m}: {error}");
+    }
+}
+
+#[test]
+fn unit_and_centre_of_a_mesh_are_heeded() {
+    let desk = Desk::new();
+    desk.put("metres.obj", &cube(1.0));
+    desk.put("millimetres.obj", &cube(1000.0));
+    let a = desk.json(["fit", "metres.obj", "-l", "4", "-o", "a.txt"]);
+    let b = desk.json(["fit", "millimetres.obj", "-l", "4", "-o", "b.txt", "--unit", "mm"]);
+    let number = |v: &Value, name: &str| v[name].as_f64().expect("a number");
+    for name in ["mean_radius", "rms", "clearance"] {
+        let [a, b] = [&a, &b].map(|v| number(v, name));
+        assert!((a - b).abs() <= 1e-9 * a, "{name}: {a} {b}");
+    }
+    assert!((number(&a, "clearance") - 1.0).abs() <= 1e-12, "{a}");
+    let centre = ["--centre", "-0.25,0,0.5"];
+    let off = desk.json(["fit", "metres.obj", "-l", "4", "-o", "c.txt"].into_iter().chain(centre));
+    assert_eq!(off["centre"], serde_json::json!([-0.25, 0.0, 0.5]));
+    assert_eq!(desk.json(["info", "c.txt"])["centre"], off["centre"]);
+}
+
+#[test]
+fn info_describes_meshes_with_their_faults() {
+    let desk = Desk::new();
+    desk.put("u.obj", &u_shape());
+    let u = desk.json(["info", "u.obj"]);
+    assert_eq!((&u["closed"], &u["euler"], &u["vertices"]), (&true.into(), &2.into(), &16.into()));
+    let [volume, clearance] = [&u["volume"], &u["star"]["best_clearance"]].map(Value::as_f64);
+    // A base of 3 x 1 and two arms of 1 x 2, one high.
+    assert!(volume.is_some_and(|v| (v - 7.0).abs() <= 1e-12), "{u}");
+    assert!(clearance.is_some_and(|c| c < 0.0), "{u}");
+    desk.put("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    assert_says(&stdout(&desk.done(["info", "open.obj"])), &["closed            no", "3 edges"]);
+}
+
+#[test]
+fn sweep_prints_and_writes_a_line_for_each_degree_and_the_mesh() {
+    let desk = Desk::new();
+    for _ in 0..2 {
+        let sweep = ["sweep", &repository("data/head.obj"), "-l", "2,4", "-o", "out"];
+        let table = stdout(&desk.done(sweep));
+        assert_says(&table, &["| degree 2 |", "| degree 4 |", "| mesh     |", "587 796 B"]);
+    }
+    let csv = desk.text("out/sweep.csv");
+    let starts: Vec<String> =
+        csv.lines().map(|l| l.split(',').take(4).collect::<Vec<_>>().join(",")).collect();
+    let expected =
+        ["shape,degree,coefficients,bytes", "series,2,9,36", "series,4,25,100", "mesh,,,587796"];
+    assert_eq!(starts, expected);
+    for (name, count) in [("out/head-2.txt", 9), ("out/head-4.txt", 25)] {
+        assert_eq!(desk.json(["info", name])["coefficients"], count);
+    }
+}
+
+#[test]
+fn json_of_a_sweep_has_falling_errors() {
+    let desk = Desk::new();
+    desk.put("cube.obj", &cube(1.0));
+    let report = desk.json(["sweep", "cube.obj", "-l", "2..4", "-o", "out"]);
+    let rows = report["rows"].as_array().expect("rows");
+    let rms: Vec<f64> = rows.iter().filter_map(|r| r["relative_rms"].as_f64()).collect();
+    assert_eq!(rows.len(), 4, "degrees 2, 3, 4 and the mesh");
+    // A cube has no part of odd degree: 3 buys nothing beyond what the points that measure the error make of it.
+    assert!((rms[0] - rms[1]).abs() <= 1e-3 * rms[0] && rms[2] <= 0.5 * rms[1], "{rms:?}");
+}
+
+// Wrong command lines.
+
+#[test]
+fn wrong_command_lines_end_with_2_and_show_the_usage() {
+    let desk = Desk::with_room();
+    let wrong: [&[&str]; 11] = [
+        &[],
+        &["paint"],
+        &["render"],
+        &["render", "room.toml", "--size", "320"],
+        &["render", "room.toml", "--size", "0x3"],
+        &["render", "room.toml", "--seed", "-1"],
+        &["render", "room.toml", "-j", "0"],
+        &["fit", "a.obj", "-o", "a.txt"],
+        &["fit", "a.obj", "-l", "9999", "-o", "a.txt"],
+        &["fit", "a.obj", "-l", "2", "-o", "a.txt", "--unit", "furlong"],
+        &["sweep", "a.obj", "-l", "5..2", "-o", "out"],
+    ];
+    let before = desk.content();
+    for arguments in wrong {
+        let output = desk.run(arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", stderr(&output));
+        assert_says(&stderr(&output), &["--help"]);
+        assert_eq!(stdout(&output), "", "{arguments:?}");
+    }
+    assert!(desk.content() == before);
+}
+
+// Bad meshes.
+
+#[test]
+fn missing_mesh_is_named() {
+    let desk = Desk::new();
+    desk.refused_mesh("none.obj", &["none.obj: cannot read"]);
+    desk.refused(["info", "none.obj"], &["none.obj: cannot read"]);
+}
+
+#[test]
+fn empty_mesh_is_explained() {
+    let desk = Desk::new();
+    desk.put("empty.obj", "");
+    desk.refused_mesh("empty.obj", &["empty.obj: no vertices and no faces", "help: "]);
+}
+
+#[test]
+fn vertex_that_is_not_a_number_is_located() {
+    let desk = Desk::new();
+    desk.put("bad.obj", "# a tetrahedron\nv 0 0 0\nv 1 nan 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\n");
+    desk.refused_mesh("bad.obj", &["bad.obj:3: vertex 2 is at", "not finite"]);
+}
+
+#[test]
+fn open_mesh_is_refused_with_the_number_of_its_boundary_edges() {
+    let desk = Desk::new();
+    let cube = cube(1.0);
+    let (open, _) = cube.trim_end().rsplit_once('\n').expect("several lines");
+    desk.put("open.obj", open);
+    desk.refused_mesh("open.obj", &["open.obj: ", "4 edges have one face only", "fill the holes"]);
+}
+
+#[test]
+fn mesh_that_no_point_sees_is_refused_with_the_share_the_worst_face_and_the_best_centre() {
+    let desk = Desk::new();
+    desk.put("u.obj", &u_shape());
+    let words = [
+        "u.obj: the mesh is not star-shaped about",
+        "% of the area",
+        "the worst is face ",
+        "no centre sees all of it; the best, [",
+    ];
+    desk.refused_mesh("u.obj", &words);
+}
+
+#[test]
+fn centre_that_does_not_see_all_is_answered_with_one_that_does() {
+    let desk = Desk::new();
+    desk.put("cube.obj", &cube(1.0));
+    desk.refused(
+        ["fit", "cube.obj", "-l", "2", "-o", "a.txt", "--centre", "3,0,0"],
+        &["not star-shaped about [3.0", "it is star-shaped about [", "expand about that centre"],
+    );
+}
+
+// Bad scenes.
+
+#[test]
+fn misspelt_key_is_answered_as_the_readme_shows() {
+    let readme = fs::read_to_string(repository("README.md")).expect("readable");
+    let (_, session) = readme.split_once("$ harmolux illum room.toml\n").expect("the session");
+    let (answer, _) = session.split_once("```").expect("its end");
+    let desk = Desk::new();
+    desk.put("room.toml", "format = 1\n[materials.walls.lambert]\nreflectence = 0.5\n");
+    let output = desk.run(["illum", "room.toml"]);
+    assert_eq!((code(&output), stderr(&output).as_str()), (3, answer));
+}
+
+#[test]
+fn unknown_material_is_located_and_the_nearest_is_named() {
+    let change = ["material = \"walls\"", "material = \"wals\""];
+    let words = ["changed.toml:10:12: unknown material `wals`", "did you mean `walls`?"];
+    for verb in ["render", "illum"] {
+        Desk::new().refused_room(verb, change, &words);
+    }
+}
+
+#[test]
+fn missing_scene_and_what_is_no_scene_are_named() {
+    let desk = Desk::new();
+    desk.refused(["render", "none.toml"], &["none.toml: cannot read"]);
+    desk.put("cube.toml", &cube(1.0));
+    desk.refused(["render", "cube.toml"], &["cube.toml:1:", "not valid TOML", "help: "]);
+}
+
+#[test]
+fn missing_mesh_of_a_scene_is_located() {
+    let head = "[objects.head.sh]\nfile = \"none.obj\"\ndegree = 4\nmaterial = \"walls\"\n[render]";
+    Desk::new().refused_room(
+        "render",
+        ["[render]", head],
+        &["changed.toml:37:8: none.obj: cannot"],
+    );
+}
+
+#[test]
+fn unfit_mesh_of_a_scene_is_located() {
+    let desk = Desk::new();
+    desk.put("u.obj", &u_shape());
+    let head = "[objects.u.sh]\nfile = \"u.obj\"\ndegree = 4\nmaterial = \"walls\"\n[render]";
+    let words = ["changed.toml:37:8: u.obj: the mesh is not star-shaped"];
+    desk.refused_room("render", ["[render]", head], &words);
+}
+
+#[test]
+fn light_inside_an_object_is_located() {
+    let words = ["changed.toml:18:6: light `lamp`", "behind the surface of `crate`", "help: "];
+    Desk::new().refused_room("illum", ["[1, 1, 2.5]", "[3, 3.5, 0.7]"], &words);
+}
+
+#[test]
+fn light_outside_the_room_is_located_on_every_side() {
+    let desk = Desk::new();
+    let sides = ["[9, 2, 1]", "[-9, 2, 1]", "[2, 19, 1]", "[2, -9, 1]", "[2, 2, 9]", "[2, 2, -9]"];
+    for side in sides {
+        let words = ["changed.toml:18:6: light `lamp` is behind the surface of `room`", "`room`"];
+        desk.refused_room("render", ["[1, 1, 2.5]", side], &words);
+    }
+}
+
+#[test]
+fn scene_without_light_camera_or_sensors_says_so() {
+    let desk = Desk::new();
+    let without = |headers: &[&str]| {
+        let keep = |part: &&str| !headers.iter().any(|h| part.starts_with(h));
+        ROOM.split("\n[").filter(keep).collect::<Vec<_>>().join("\n[")
+    };
+    desk.put("dark.toml", &without(&["lights"]));
+    desk.refused(["render", "dark.toml"], &["dark.toml", "no light", "lights.NAME.point"]);
+    desk.refused(["illum", "dark.toml"], &["dark.toml", "no light", "lights.NAME.point"]);
+    desk.put("blind.toml", &without(&["cameras"]));
+    desk.refused(["render", "blind.toml"], &["blind.toml", "no camera", "[cameras."]);
+    desk.put("deaf.toml", &without(&["sensors"]));
+    desk.refused(["illum", "deaf.toml"], &["deaf.toml", "no sensors", "[sensors."]);
+}
+
+#[test]
+fn malformed_and_unknown_overrides_are_named() {
+    let desk = Desk::with_room();
+    for (define, words) in [
+        ("render.stop", ["-D render.stop: has no `=`", "KEY=VALUE"]),
+        ("lights.lamp.point.at=[1, 2", ["-D lights.lamp.point.at=[1, 2: ", "not valid TOML"]),
+        ("lights.lamp.point.intensty=9", ["-D lights.lamp.point.intensty: ", "`intensity`?"]),
+        ("lights.lmap.point.intensity=9", ["-D lights.lmap.point.intensity: ", "`lamp`?"]),
+        ("lights.lamp.point.intensity=-9", ["-D lights.lamp.point.intensity: ", "above 0"]),
+        ("lights.lamp.point.at=[3, 3.5, 0.7]", ["-D lights.lamp.point.at: ", "`crate`"]),
+    ] {
+        for verb in ["render", "illum"] {
+            desk.refused([verb, "room.toml", "-D", define], &words);
+        }
+    }
+}
+
+// Outputs that cannot be.
+
+#[test]
+fn output_in_a_missing_folder_is_refused() {
+    let desk = Desk::with_room();
+    desk.put("cube.obj", &cube(1.0));
+    let words = ["there is no folder none"];
+    desk.refused(["render", "room.toml", "-o", "none/a.png"], &words);
+    desk.refused(["illum", "room.toml", "-o", "none/a.csv"], &words);
+    desk.refused(["fit", "cube.obj", "-l", "2", "-o", "none/a.txt"], &words);
+}
+
+#[test]
+fn wrong_extension_is_refused_with_a_better_name() {
+    let desk = Desk::with_room();
+    desk.put("cube.obj", &cube(1.0));
+    desk.refused(["render", "room.toml", "-o", "a.jpg"], &["a.jpg: ", "name it a.png"]);
+    desk.refused(["illum", "room.toml", "-o", "a.txt"], &["a.txt: ", "name it a.csv"]);
+    desk.refused(["fit", "cube.obj", "-l", "2", "-o", "a.obj"], &["a.obj: ", "name it a.txt"]);
+}
+
+#[test]
+fn foreign_file_is_replaced_only_by_force() {
+    let desk = Desk::with_room();
+    desk.put("cube.obj", &cube(1.0));
+    for (name, mut arguments) in [
+        ("room.png", vec!["render", "room.toml"]),
+        ("a.exr", vec!["render", "room.toml", "-o", "a.exr"]),
+        ("a.csv", vec!["illum", "room.toml", "-o", "a.csv"]),
+        ("a.txt", vec!["fit", "cube.obj", "-l", "2", "-o", "a.txt"]),
+        ("sweep.csv", vec!["sweep", "cube.obj", "-l", "2", "-o", "."]),
+    ] {
+        desk.put(name, "another's");
+        desk.refused(&arguments, &[name, "not written by this program", "--force"]);
+        arguments.push("--force");
+        desk.done(&arguments);
+        assert!(desk.bytes(name) != b"another's", "{name} is as it was");
+    }
+}
+
+// Warnings.
+
+/// Runs a render of the room with one override and gives what it says on stderr.
+fn warnings(desk: &Desk, define: &str) -> String {
+    stderr(&desk.done(["render", "room.toml", "-D", define]))
+}
+
+#[test]
+fn objects_that_cut_a_wall_or_lie_outside_are_warned_of() {
+    let desk = Desk::new();
+    let scene = head_room();
+    let said = |at: &str| {
+        let at = format!("objects.head.sh.at={at}");
+        let more = ["-D", &at, "-D", "objects.head.sh.degree=2"];
+        stderr(&desk.done(["render", &scene].into_iter().chain(SHORT).chain(more)))
+    };
+    for at in ["[0.3, 3, 1.25]", "[3.7, 3, 1.25]"] {
+        assert_says(&said(at), &["warning: object `head` cuts through `room`: about "]);
+    }
+    for at in ["[-9, 3, 1.25]", "[19, 3, 1.25]"] {
+        assert_says(&said(at), &["warning: object `head` is entirely outside the room"]);
+    }
+    assert!(!said("[2.1, 3, 1.25]").contains("warning"));
+}
+
+#[test]
+fn camera_outside_the_room_or_inside_an_object_is_warned_of() {
+    let desk = Desk::with_room();
+    for (from, solid) in
+        [("[-2, 2, 1]", "`room`"), ("[9, 2, 1]", "`room`"), ("[3, 3.5, 0.7]", "`crate`")]
+    {
+        let said = warnings(&desk, &format!("cameras.main.perspective.from={from}"));
+        assert_says(&said, &["warning: camera `main` is outside the room", solid]);
+    }
+}
+
+#[test]
+fn hidden_sensors_are_warned_of() {
+    let desk = Desk::with_room();
+    let define = "sensors.spots.points.at=[[1, 1, 0], [3, 3.5, 0.7], [9, 1, 0]]";
+    let output = desk.done(["illum", "room.toml", "-D", define]);
+    assert_says(&stderr(&output), &["warning: sensors `spots`: 1 of 3 are", "`crate`", "`room`"]);
+}
+
+#[test]
+fn light_that_leaves_an_open_scene_is_warned_of() {
+    let desk = Desk::with_room();
+    let open =
+        "{ corner = [0, 0, 0], edge_u = [4, 0, 0], edge_v = [0, 5, 0], material = \"walls\" }";
+    desk.put("room.toml", &ROOM.replace("on = \"room.z_min\"\nborder = 0.5", "height = 0.5"));
+    let text = desk.text("room.toml");
+    let (before, after) = text.split_once("[objects.room.box]").expect("a room");
+    let (_, after) = after.split_once("\n\n").expect("its end");
+    desk.put("room.toml", &format!("{before}[objects]\nfloor.rectangle = {open}\n\n{after}"));
+    let said = stderr(&desk.done(["render", "room.toml"]));
+    assert_says(&said, &["warning: ", "% of the light left the scene"]);
+}
+
+// Endings.
+
+#[test]
+fn target_that_is_not_met_ends_with_4_and_still_writes() {
+    let desk = Desk::with_room();
+    let stop = |verb: &str| format!("{verb}.stop={{relative_error=1e-6, walks=16}}");
+    for (verb, file) in [("render", "a.png"), ("illum", "a.csv")] {
+        let output = desk.run([verb, "room.toml", "-o", file, "-D", &stop(verb)]);
+        assert_eq!(code(&output), 4, "{}", stderr(&output));
+        assert_says(&stderr(&output), &["warning: target not met: "]);
+        assert!(!desk.bytes(file).is_empty());
+    }
+}
+
+#[test]
+fn target_that_is_met_ends_with_0() {
+    let desk = Desk::with_room();
+    let stop = "illum.stop={relative_error=0.5, walks=1000000}";
+    let output = desk.done(["illum", "room.toml", "-D", stop]);
+    assert!(!stderr(&output).contains("not met"), "{}", stderr(&output));
+}
+
+#[cfg(unix)]
+mod interrupts {
+    use super::*;
+    use std::process::{Child, Stdio};
+    use std::thread::sleep;
+    use std::time::{Duration, Instant};
+
+    /// Ends the tool when a test fails before it has ended by itself.
+    struct Running(Child);
+
+    impl Drop for Running {
+        fn drop(&mut self) {
+            let _ = self.0.kill();
+            let _ = self.0.wait();
+        }
+    }
+
+    /// Starts the tool, interrupts it when it has come to its long run, and gives its exit code and what it said.
+    fn interrupted(desk: &Desk, arguments: &[&str]) -> (Option<i32>, String) {
+        let log = fs::File::create(desk.path("stderr.log")).expect("created");
+        let mut command = desk.command(arguments);
+        let child = command.stdout(Stdio::null()).stderr(log).spawn().expect("the tool starts");
+        let mut running = Running(child);
+        // Far longer than the 0.02 s that reading the room takes, far shorter than the run.
+        sleep(Duration::from_secs(1));
+        let pid = running.0.id().to_string();
+        let kill = Command::new("kill").args(["-INT", &pid]).status().expect("kill is there");
+        assert!(kill.success(), "the run had ended: {}", desk.text("stderr.log"));
+        let started = Instant::now();
+        let status = loop {
+            match running.0.try_wait().expect("a child") {
+                Some(status) => break status,
+                None if started.elapsed() > Duration::from_secs(20) => panic!("still running"),
+                None => sleep(Duration::from_millis(10)),
+            }
+        };
+        (status.code(), desk.text("stderr.log"))
+    }
+
+    #[test]
+    fn interrupted_render_saves_the_picture_so_far() {
+        let desk = Desk::with_room();
+        let walks = "render.stop={walks=10000000}";
+        let (code, said) = interrupted(&desk, &["render", "room.toml", "-j", "1", "-D", walks]);
+        assert_eq!(code, Some(130), "{said}");
+        assert_says(&said, &["warning: interrupted: the files hold the picture so far"]);
+        let image = Exr::read(&desk.path("room.exr")).expect("readable");
+        assert!(image.channel("Y").is_some_and(|y| y.iter().any(|v| *v > 0.0)));
+        assert!(desk.bytes("room.png").ends_with(b"IEND\xaeB`\x82"), "the PNG is cut short");
+    }
+
+    #[test]
+    fn interrupted_illum_saves_the_values_so_far() {
+        let desk = Desk::with_room();
+        let walks = "illum.stop={walks=1000000000000}";
+        let arguments = ["illum", "room.toml", "-j", "1", "-o", "a.csv", "-D", walks];
+        let (code, said) = interrupted(&desk, &arguments);
+        assert_eq!(code, Some(130), "{said}");
+        assert_eq!(desk.text("a.csv").lines().count(), 6, "a header and five sensors");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn reader_that_leaves_early_is_no_failure() {
+    use std::process::Stdio;
+    let desk = Desk::with_room();
+    let mut command = desk.command(["info", "cube.obj"]);
+    desk.put("cube.obj", &cube(1.0));
+    let mut child =
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the tool starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("a child");
+    assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
+}
+
+// The README.
+
+#[test]
+fn commands_of_the_readme_parse() {
+    let readme = fs::read_to_string(repository("README.md")).expect("readable");
+    let commands: Vec<&str> = readme.lines().filter(|l| l.starts_with("harmolux ")).collect();
+    assert!(commands.len() >= 5, "{commands:?}");
+    let desk = Desk::new();
+    for command in commands {
+        let words = command.split('#').next().unwrap_or_default().split_whitespace().skip(1);
+        let output = desk.done(words.chain(["--help"]));
+        assert_says(&stdout(&output), &["Usage: harmolux "]);
+    }
+}
+
+#[test]
+fn help_of_every_verb_shows_its_options() {
+    let desk = Desk::new();
+    for (verb, option) in [
+        ("render", "--size"),
+        ("illum", "--output"),
+        ("fit", "--projection"),
+        ("info", "--normalisation"),
+        ("sweep", "--degrees"),
+    ] {
+        assert_says(&stdout(&desk.done([verb, "--help"])), &[option, "--json"]);
+    }
+    let version = concat!("harmolux ", env!("CARGO_PKG_VERSION"), "\n");
+    assert_eq!(stdout(&desk.done(["--version"])), version);
+}
