@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::math::Rgb;
 use crate::surface::{Hit, SampleArea, Surface};
 
 use super::Material;
@@ -38,7 +37,7 @@ impl Object {
         &self.materials[part]
     }
 
-    /// Gives the mean exitance over the materials; black when nothing emits.
+    /// Tells whether any of its materials emits.
     pub(super) fn emits(&self) -> bool {
         self.materials.iter().any(|m| !m.exitance.is_black())
     }
@@ -51,6 +50,4 @@ pub struct Emitter {
     pub object: usize,
     /// The largest exitance times the area: the power with which the emitter is picked, lm.
     pub power: f64,
-    /// The largest exitance of its materials.
-    pub exitance: Rgb,
 }

@@ -151,10 +151,7 @@ fn emitter(index: usize, object: &Object) -> Result<Emitter> {
             object.name
         )));
     };
-    let exitance = object
-        .materials
-        .iter()
-        .map(|m| m.exitance)
-        .fold(Rgb::BLACK, |a, b| if b.luminance() > a.luminance() { b } else { a });
-    Ok(Emitter { object: index, power: exitance.luminance() * area.area(), exitance })
+    let exitances = object.materials.iter().map(|m| m.exitance.luminance());
+    let exitance = exitances.fold(0.0, f64::max);
+    Ok(Emitter { object: index, power: exitance * area.area() })
 }
