@@ -1,8 +1,10 @@
 //! `harmolux fit`: a mesh becomes coefficients.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use clap::{Args, ValueEnum};
+use glam::DVec3;
 use harmolux::io::coefficients::{Shape, Source, shtools_text};
 use harmolux::io::meshes;
 use harmolux::io::output::{Kind, Output};
@@ -12,9 +14,51 @@ use harmolux::surface::{Mesh, UpAxis};
 use harmolux::{Error, Result};
 use serde_json::json;
 
-use super::arguments::{Fit, MeshHabits, ProjectionName, UnitName, UpName};
+use super::arguments::{MeshHabits, UnitName, UpName, point};
 use super::exit::Code;
 use super::{progress, say};
+
+/// Turn a star-shaped mesh into spherical-harmonic coefficients
+///
+/// The file is text as pyshtools reads it (4pi normalisation, no Condon-Shortley phase), metres, z up.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux fit head.obj -l 32 -o head.txt
+  harmolux fit bone.obj -l 64 -o bone.txt --unit mm --up y
+  harmolux fit rock.obj -l 16 -o rock.txt --centre 0.1,0,0.2")]
+pub(crate) struct Fit {
+    /// The mesh (OBJ): closed, and star-shaped about some point
+    pub(crate) mesh: PathBuf,
+    /// The truncation degree lmax: (lmax + 1)^2 coefficients
+    #[arg(short = 'l', long = "degree", value_name = "LMAX", value_parser = clap::value_parser!(u32).range(0..=1400))]
+    pub(crate) degree: u32,
+    /// Where to write the coefficients
+    #[arg(short, long, value_name = "FILE.txt")]
+    pub(crate) output: PathBuf,
+    /// How the mesh is projected onto the basis
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) projection: ProjectionName,
+    /// How much finer the grid is than the degree needs (with --projection grid)
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) oversampling: u32,
+    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else the best centre]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub(crate) centre: Option<DVec3>,
+    #[command(flatten)]
+    pub(crate) habits: MeshHabits,
+    /// Replace a file that another program wrote
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub(crate) enum ProjectionName {
+    /// Quadrature on the faces: exact to about 1e-10
+    #[default]
+    Conforming,
+    /// Ray casting on an oversampled Gauss-Legendre grid and FFT
+    Grid,
+}
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {

@@ -1,5 +1,8 @@
 //! `harmolux illum`: lux at the sensors of a scene.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use harmolux::estimators::{
     Ending, SensorEstimator, SensorSettings, Survey, Weighting, illuminance,
 };
@@ -11,12 +14,28 @@ use harmolux::scene::{Illuminance, Scene, Sensor};
 use harmolux::study::SensorGroup;
 use harmolux::{Error, Result};
 
-use super::arguments::{Illum, SceneArguments};
+use super::arguments::SceneArguments;
 use super::exit::Code;
 use super::fit::about;
 use super::progress::{self, Meter};
 use super::render::{code, load_scene, read_scene, stop};
 use super::{interrupt, say};
+
+/// Measure illuminance, lx, at the sensors of a scene
+///
+/// Each value comes with its 95 % interval and the part that arrives directly; each group of sensors with mean, least, largest and U0 = least / mean.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux illum room.toml                               a table
+  harmolux illum room.toml -o lux.csv                    the same as CSV
+  harmolux illum room.toml -D illum.stop.relative_error=0.001")]
+pub(crate) struct Illum {
+    #[command(flatten)]
+    pub(crate) common: SceneArguments,
+    /// Write the values of all sensors as CSV
+    #[arg(short, long, value_name = "FILE.csv")]
+    pub(crate) output: Option<PathBuf>,
+}
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {

@@ -1,30 +1,36 @@
 //! `harmolux info`: what a file holds.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use glam::DVec3;
 use harmolux::Result;
 use harmolux::io::coefficients::{self, Shape};
 use harmolux::io::meshes;
-use harmolux::sh::{Bounds, Convention, volume};
+use harmolux::sh::{Bounds, volume};
 use harmolux::study::{mesh_bytes, series_bytes};
 use harmolux::surface::{MeshReport, star};
 use serde_json::{Value, json};
 
-use super::arguments::Info;
+use super::arguments::SeriesHabits;
 use super::exit::Code;
 use super::say;
+
+/// Say what a mesh or coefficient file holds
+#[derive(Debug, Args)]
+pub(crate) struct Info {
+    /// A mesh (OBJ) or coefficients (pyshtools text)
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) habits: SeriesHabits,
+}
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
     let extension = verb.file.extension().and_then(|e| e.to_str()).unwrap_or("");
     let is_series = ["txt", "sh"].iter().any(|e| e.eq_ignore_ascii_case(extension));
     let (lines, value) = if is_series {
-        let convention = verb.normalisation.map(|normalisation| Convention {
-            normalisation,
-            phase: verb.csphase.unwrap_or_default(),
-        });
-        series(&coefficients::read(&verb.file, convention)?)?
+        series(&coefficients::read(&verb.file, verb.habits.convention())?)?
     } else {
         mesh(&verb.file)?
     };

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use harmolux::Result;
 use harmolux::estimators::{Ending, Estimator, ImageSettings, Rendering, Stop, Weighting, render};
 use harmolux::io::images::{Exr, png};
@@ -12,11 +13,31 @@ use harmolux::scene::{Perspective, Scene};
 use harmolux::study::{FittedObject, Loaded, camera, load, mesh_bytes, series_bytes};
 use serde_json::json;
 
-use super::arguments::{Render, SceneArguments};
+use super::arguments::{SceneArguments, size};
 use super::exit::Code;
 use super::fit::about;
 use super::progress::{self, Meter};
 use super::{interrupt, say};
+
+/// Render the luminance, cd/m2, that a camera sees
+///
+/// Writes a PNG to look at and an EXR with the measured values: R, G, B, luminance Y and its standard error stderr.Y.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux render room.toml                          room.png and room.exr, here
+  harmolux render room.toml -o out/a.png --quick     only a small PNG, fast
+  harmolux render room.toml -D render.stop.time=30s  stop after half a minute
+  harmolux render room.toml -D render.estimator=path the reference estimator")]
+pub(crate) struct Render {
+    #[command(flatten)]
+    pub(crate) common: SceneArguments,
+    /// Where to write: FILE.png or FILE.exr; may be repeated [default: the scene's name, both kinds, in this folder]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+    /// The number of pixels, such as 320x240
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<[u32; 2]>,
+}
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {

@@ -1,5 +1,8 @@
 //! `harmolux sweep`: what each truncation degree costs and buys.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use harmolux::io::coefficients::{Shape, shtools_text};
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::tables::{Cell, Table};
@@ -7,10 +10,33 @@ use harmolux::sh::Convention;
 use harmolux::study::{SweepRow, sweep};
 use harmolux::{Error, Result};
 
-use super::arguments::Sweep;
+use super::arguments::{Degrees, MeshHabits, degrees};
 use super::exit::Code;
 use super::fit::{about, read_mesh, source};
 use super::say;
+
+/// Measure what each truncation degree costs and buys, beside the mesh itself
+///
+/// For each degree: bytes, RMS and largest radial error, time to fit, time to trace a ray. Writes sweep.csv and the coefficients of each degree.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux sweep head.obj -l 4,8,16,32,64 -o out
+  harmolux sweep head.obj -l 2..16 -o out --json")]
+pub(crate) struct Sweep {
+    /// The mesh (OBJ)
+    pub(crate) mesh: PathBuf,
+    /// The degrees: 4,8,16 or 2..64
+    #[arg(short = 'l', long = "degrees", value_name = "LIST", value_parser = degrees)]
+    pub(crate) degrees: Degrees,
+    /// The folder to write to; made when it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) habits: MeshHabits,
+    /// Replace files that another program wrote
+    #[arg(long)]
+    pub(crate) force: bool,
+}
 
 /// Runs the verb; a folder made for it does not stay behind empty when it fails.
 pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
