@@ -1,10 +1,13 @@
-//! Spherical harmonics: conventions, Legendre functions, series, grids, transforms, bounds. Knows no mesh.
+//! Spherical harmonics: conventions, Legendre functions, series, grids, transforms, bounds; rotation, integrals, spectra, means and random
+//! shapes. Knows no mesh.
 
 mod bounds;
 mod coefficients;
 mod legendre;
+mod mirror;
 mod moments;
 mod normalisation;
+mod rotation;
 mod rotation_generators;
 mod series;
 mod shape;
@@ -13,8 +16,10 @@ mod transform;
 pub use bounds::{Bounds, rounding};
 pub use coefficients::Coefficients;
 pub use legendre::MAX_DEGREE;
+pub use mirror::{Axis, mirrored};
 pub use moments::Moments;
 pub use normalisation::{CondonShortley, Convention, Normalisation};
+pub use rotation::rotate;
 pub use rotation_generators::rotation_derivatives;
 pub use series::{Jet, Series};
 pub use shape::volume;
