@@ -3,6 +3,7 @@
 
 mod bounds;
 mod coefficients;
+mod combination;
 mod legendre;
 mod mirror;
 mod moments;
@@ -11,10 +12,12 @@ mod rotation;
 mod rotation_generators;
 mod series;
 mod shape;
+mod spectrum;
 mod transform;
 
 pub use bounds::{Bounds, rounding};
 pub use coefficients::Coefficients;
+pub use combination::{difference, mean, scatter, weighted_mean};
 pub use legendre::MAX_DEGREE;
 pub use mirror::{Axis, mirrored};
 pub use moments::Moments;
@@ -23,4 +26,5 @@ pub use rotation::rotate;
 pub use rotation_generators::rotation_derivatives;
 pub use series::{Jet, Series};
 pub use shape::volume;
+pub use spectrum::{DegreePower, Spectrum};
 pub use transform::{Grid, analysis, synthesis};
