@@ -1,6 +1,7 @@
 //! Spherical harmonics: conventions, Legendre functions, series, grids, transforms, bounds; rotation, integrals, spectra, means and random
 //! shapes. Knows no mesh.
 
+mod align;
 mod bounds;
 mod coefficients;
 mod combination;
@@ -15,6 +16,7 @@ mod shape;
 mod spectrum;
 mod transform;
 
+pub use align::{Alignment, Top, align};
 pub use bounds::{Bounds, rounding};
 pub use coefficients::Coefficients;
 pub use combination::{difference, mean, scatter, weighted_mean};
@@ -25,6 +27,6 @@ pub use normalisation::{CondonShortley, Convention, Normalisation};
 pub use rotation::rotate;
 pub use rotation_generators::rotation_derivatives;
 pub use series::{Jet, Series};
-pub use shape::volume;
+pub use shape::{Area, PrincipalAxes, Solid, area, volume};
 pub use spectrum::{DegreePower, Spectrum};
 pub use transform::{Grid, analysis, synthesis};
