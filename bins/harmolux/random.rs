@@ -26,9 +26,14 @@ use super::{say, shape_file};
   harmolux random --power-law rms=0.05,exponent=3 -l 24 --radius 0.01 -o grain.txt
   harmolux random --spectrum head.txt --seed 7 -o stranger.txt
 
-SETTINGS of --gaussian-sphere (Muinonen 1996): sigma, the standard deviation of the radius over its mean; nu, the exponent of the log-radius
-covariance c_l ~ l^-nu; first and last, its degrees [2 and LMAX]. Of --power-law: rms, the standard deviation of the radius over its mean;
-exponent, of the power per degree P_l ~ l^-exponent; first [2].")]
+Settings of --gaussian-sphere (Muinonen 1996):
+  sigma        standard deviation of the radius over its mean
+  nu           exponent of the covariance of the log-radius, c_l ~ l^-nu
+  first, last  degrees of the log-radius [default: 2 and LMAX]
+Settings of --power-law:
+  rms          standard deviation of the radius over its mean
+  exponent     of the power per degree, P_l ~ l^-exponent
+  first        lowest degree [default: 2]")]
 pub(crate) struct Random {
     #[command(flatten)]
     pub(crate) statistics: Statistics,
@@ -42,7 +47,7 @@ pub(crate) struct Random {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// How many shapes, written into a folder
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) count: Option<u32>,
     /// Where to write the shape; with --count the folder, made when it is not there
     #[arg(short, long, value_name = "FILE.txt|DIR")]
@@ -192,22 +197,18 @@ fn positive(seed: u64, c: &Coefficients) -> Result<Bounds> {
     )))
 }
 
-/// Draws all shapes, then writes all.
+/// Draws and writes one shape after the other; when one fails, those before it stand.
 fn finish(
     verb: &Random,
     files: Vec<(u64, Output)>,
     draw: &dyn Fn(u64) -> Result<RandomShape>,
     as_json: bool,
 ) -> Result<Code> {
-    let mut rows = Vec::new();
-    let mut shapes = Vec::new();
+    let mut rows = Vec::with_capacity(files.len());
     for (seed, output) in files {
         let drawn = draw(seed)?;
         rows.push(Row::of(seed, &drawn)?);
-        shapes.push((output, Shape::new(drawn.coefficients)));
-    }
-    for (output, shape) in shapes {
-        shape_file::write(output, &shape)?;
+        shape_file::write(output, &Shape::new(drawn.coefficients))?;
     }
     if as_json {
         let list = rows.iter().map(|r| {

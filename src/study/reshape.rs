@@ -108,8 +108,7 @@ impl Reshaped {
             Axis::Y => DVec3::new(1.0, -1.0, 1.0),
             Axis::Z => DVec3::new(1.0, 1.0, -1.0),
         };
-        // Without the zeros that the flip would make negative.
-        self.place(flip * self.shape.centre + DVec3::ZERO);
+        self.place(flip * self.shape.centre);
     }
 
     fn turn(&mut self, turn: Turn) -> Result<()> {
@@ -144,7 +143,8 @@ impl Reshaped {
 
     /// Puts the expansion centre elsewhere, the surface with it.
     fn place(&mut self, centre: DVec3) {
-        self.shape.centre = centre;
+        // A sum with +0 is never -0, which a flip would leave.
+        self.shape.centre = centre + DVec3::ZERO;
         self.shape.source = None;
     }
 }
