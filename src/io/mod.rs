@@ -5,4 +5,5 @@ pub mod images;
 pub mod meshes;
 pub mod output;
 pub mod scene_file;
+pub mod spectra;
 pub mod tables;

@@ -3,9 +3,11 @@
 mod fit;
 mod grids;
 mod load;
+mod reshape;
 mod solids;
 mod sweep;
 
 pub use fit::{Fit, FitSettings, Projection, fit, mesh_bytes, series_bytes};
 pub use load::{FittedObject, Loaded, SensorGroup, camera, load};
+pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
 pub use sweep::{SweepRow, sweep};
