@@ -2,6 +2,7 @@
 
 mod bounds;
 mod coefficients;
+mod filter;
 mod legendre;
 mod moments;
 mod normalisation;
@@ -12,6 +13,7 @@ mod transform;
 
 pub use bounds::{Bounds, rounding};
 pub use coefficients::Coefficients;
+pub use filter::Filter;
 pub use legendre::MAX_DEGREE;
 pub use moments::Moments;
 pub use normalisation::{CondonShortley, Convention, Normalisation};
