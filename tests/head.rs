@@ -12,8 +12,8 @@ use harmolux::math::Ray;
 use harmolux::math::sampling::uniform_sphere;
 use harmolux::sh::{Coefficients, volume};
 use harmolux::surface::{
-    Intersector, Mesh, MeshSurface, ShSurface, StepBisection, Surface, project_conforming,
-    project_grid, radial_error,
+    Intersector, Mesh, MeshSurface, RadialMesh, ShSurface, StepBisection, Surface, fit_error,
+    project_conforming, project_grid,
 };
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -35,7 +35,9 @@ fn fit_has_the_published_errors_and_volume() {
     let finest = project_conforming(&mesh, DVec3::ZERO, 128).expect("fits");
     let mean = finest.mean();
     assert_eq!(format!("{mean:.7}"), "0.0939276");
-    let error = |f: &Coefficients| radial_error(&mesh, DVec3::ZERO, f).expect("valid degree");
+    let error = |f: &Coefficients| {
+        fit_error(&RadialMesh::star(&mesh, DVec3::ZERO), f).expect("valid degree")
+    };
     // The square of the radius, for Parseval: the error of degree 0 with a zero series.
     let whole = error(&Coefficients::zeros(128)).rms;
     for (lmax, rms, max) in

@@ -3,6 +3,7 @@
 mod bounds;
 mod coefficients;
 mod filter;
+mod least_squares;
 mod legendre;
 mod moments;
 mod normalisation;
@@ -14,6 +15,7 @@ mod transform;
 pub use bounds::{Bounds, rounding};
 pub use coefficients::Coefficients;
 pub use filter::Filter;
+pub use least_squares::{MAX_LEAST_SQUARES_DEGREE, scattered_fit};
 pub use legendre::MAX_DEGREE;
 pub use moments::Moments;
 pub use normalisation::{CondonShortley, Convention, Normalisation};

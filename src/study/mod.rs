@@ -1,11 +1,15 @@
 //! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees.
 
+mod batch;
 mod fit;
+mod fit_points;
 mod grids;
 mod load;
 mod solids;
 mod sweep;
 
-pub use fit::{Fit, FitSettings, Projection, fit, mesh_bytes, series_bytes};
+pub use batch::batch;
+pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
+pub use fit_points::{PointFit, fit_points};
 pub use load::{FittedObject, Loaded, SensorGroup, camera, load};
 pub use sweep::{SweepRow, sweep};
