@@ -10,10 +10,10 @@ use glam::DVec3;
 use harmolux::io::meshes;
 use harmolux::math::Ray;
 use harmolux::math::sampling::uniform_sphere;
-use harmolux::sh::{Coefficients, volume};
+use harmolux::sh::{Coefficients, scattered_fit, volume};
 use harmolux::surface::{
-    Intersector, Mesh, MeshSurface, RadialMesh, ShSurface, StepBisection, Surface, fit_error,
-    project_conforming, project_grid,
+    Intersector, Mesh, MeshSurface, RadialMesh, RadialSamples, ShSurface, StepBisection, Surface,
+    fit_error, project_conforming, project_grid,
 };
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -87,6 +87,24 @@ fn grid_projection_agrees_with_the_conforming_one() {
     // A mesh is not band-limited: what is beyond the grid's degree aliases, less so on a finer grid.
     let (coarse, fine) = (difference(1), difference(4));
     assert!(coarse <= 1e-2 && fine <= 2e-4 && fine <= 0.05 * coarse, "{coarse:e} {fine:e}");
+}
+
+#[test]
+fn least_squares_over_the_vertices_agree_with_the_conforming_projection() {
+    let mesh = head();
+    let lmax = 24;
+    let radius = RadialMesh::star(&mesh, DVec3::ZERO);
+    let exact = project_conforming(&mesh, DVec3::ZERO, lmax).expect("fits");
+    let RadialSamples { directions, radii, weights } = radius.vertex_samples();
+    let fit = scattered_fit(&directions, &radii, &weights, lmax, 0.0).expect("determined");
+    let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+    let (a, b) = (minus(fit.cosines(), exact.cosines()), minus(fit.sines(), exact.sines()));
+    let difference = Coefficients::from_parts(lmax, a, b).expect("finite");
+    let rms = (difference.energy() / (4.0 * PI)).sqrt();
+    // The stated error: what truncation leaves scatters over the vertices, and of each vertex the share coefficients / vertices comes back.
+    let truncation = fit_error(&radius, &exact).expect("valid degree").rms;
+    let stated = truncation * (exact.count() as f64 / directions.len() as f64).sqrt();
+    assert!(rms <= 1.5 * stated, "{:e} of {stated:e}", rms);
 }
 
 /// Random chords of a ball.

@@ -3,6 +3,7 @@
 mod bounds;
 mod coefficients;
 mod filter;
+mod gridding;
 mod least_squares;
 mod legendre;
 mod moments;
@@ -15,6 +16,7 @@ mod transform;
 pub use bounds::{Bounds, rounding};
 pub use coefficients::Coefficients;
 pub use filter::Filter;
+pub use gridding::{GridMoments, GridSeries};
 pub use least_squares::{MAX_LEAST_SQUARES_DEGREE, scattered_fit};
 pub use legendre::MAX_DEGREE;
 pub use moments::Moments;

@@ -8,8 +8,11 @@ use rayon::prelude::*;
 
 use crate::math::quadrature::Rule;
 
-/// Faces that are added up together; fixed, so that sums do not depend on the number of threads.
-const FACES_PER_TASK: usize = 512;
+/// Gives how many faces are added up together, by their number alone, so that sums do not depend on the number of threads; few large faces are as
+/// much work as many small ones.
+fn faces_per_task(faces: usize) -> usize {
+    (faces / 64).clamp(1, 512)
+}
 
 /// Tasks under way at once for each thread: what they hold together bounds the memory.
 const TASKS_PER_THREAD: usize = 4;
@@ -33,19 +36,20 @@ pub(super) struct Node {
     pub(super) area: f64,
 }
 
-/// Works on all faces in tasks of fixed size and merges what they give in the order of the faces: sums do not depend on the number of threads, and no
+/// Works on all faces in tasks and merges what they give in the order of the faces: sums do not depend on the number of threads, and no
 /// more than a few results for each thread exist at once.
 pub(super) fn fold_faces<T: Send>(
     faces: usize,
     task: impl Fn(std::ops::Range<usize>) -> T + Sync,
     mut merge: impl FnMut(T),
 ) {
-    let tasks = faces.div_ceil(FACES_PER_TASK);
+    let each = faces_per_task(faces);
+    let tasks = faces.div_ceil(each);
     let at_once = TASKS_PER_THREAD * rayon::current_num_threads();
     for first in (0..tasks).step_by(at_once) {
         let parts: Vec<T> = (first..(first + at_once).min(tasks))
             .into_par_iter()
-            .map(|i| task(i * FACES_PER_TASK..((i + 1) * FACES_PER_TASK).min(faces)))
+            .map(|i| task(i * each..((i + 1) * each).min(faces)))
             .collect();
         parts.into_iter().for_each(&mut merge);
     }
@@ -151,7 +155,7 @@ mod tests {
 
     #[test]
     fn tasks_come_in_order_and_none_is_lost() {
-        for faces in [0, 1, FACES_PER_TASK, 40 * FACES_PER_TASK + 7] {
+        for faces in [0, 1, 100, 512, 20_487] {
             let mut next = 0;
             fold_faces(
                 faces,

@@ -8,10 +8,13 @@ use rayon::prelude::*;
 use super::RadialMesh;
 use super::face_nodes::{FINEST, fold_faces, points_per_side};
 use crate::Result;
-use crate::sh::{Coefficients, Series, volume};
+use crate::sh::{Coefficients, GridSeries, Jet, Series, volume};
 
 /// The most points along each side of a face at which a radius is compared: enough for its mean square, whatever the degree.
 const MEASURED: usize = 6;
+
+/// The degree whose oscillations are followed over large faces; of higher ones the points are samples, a million or more over the sphere.
+const RESOLVED: usize = 200;
 
 /// How many points fewer are enough for normals and area, along each side of a face, at least two.
 const FEWER: usize = 3;
@@ -51,9 +54,9 @@ impl FitError {
 /// # Errors
 /// [`crate::Error::Parameter`] for a degree too high to evaluate.
 pub fn fit_error(radius: &RadialMesh, coefficients: &Coefficients) -> Result<FitError> {
-    let series = Series::new(coefficients)?;
-    let radii = Radii::of(radius, &series);
-    let normals = Normals::of(radius, &series);
+    let series = Evaluator::new(coefficients)?;
+    let radii = Radii::of(radius, &series, coefficients.lmax());
+    let normals = Normals::of(radius, &series, coefficients.lmax());
     Ok(FitError {
         rms: (radii.squares / radii.sphere).sqrt(),
         max: radii.max.max(largest_at_vertices(radius, &series)),
@@ -63,6 +66,40 @@ pub fn fit_error(radius: &RadialMesh, coefficients: &Coefficients) -> Result<Fit
         volume: [radii.volume, volume(coefficients)?],
         area: [normals.mesh_area, normals.series_area],
     })
+}
+
+/// The degree from which a series is evaluated by way of a grid: there it begins to be faster.
+const GRIDDED_FROM: usize = 96;
+
+/// Evaluates the series the way that suits its degree.
+enum Evaluator {
+    Plain(Box<Series>),
+    Gridded(Box<GridSeries>),
+}
+
+impl Evaluator {
+    fn new(coefficients: &Coefficients) -> Result<Self> {
+        let series = Series::new(coefficients)?;
+        Ok(if coefficients.lmax() < GRIDDED_FROM {
+            Self::Plain(Box::new(series))
+        } else {
+            Self::Gridded(Box::new(GridSeries::new(series)))
+        })
+    }
+
+    fn value(&self, direction: DVec3) -> f64 {
+        match self {
+            Self::Plain(series) => series.value(direction),
+            Self::Gridded(series) => series.value(direction),
+        }
+    }
+
+    fn jet(&self, direction: DVec3) -> Jet {
+        match self {
+            Self::Plain(series) => series.jet(direction),
+            Self::Gridded(series) => series.jet(direction),
+        }
+    }
 }
 
 /// Chooses the points along each side of a face: what is measured is not needed to more than some digits, whatever the degree, so that only the face
@@ -85,8 +122,8 @@ struct Radii {
 }
 
 impl Radii {
-    fn of(radius: &RadialMesh, series: &Series) -> Self {
-        let lmax = series.coefficients().lmax();
+    fn of(radius: &RadialMesh, series: &Evaluator, lmax: usize) -> Self {
+        let lmax = lmax.min(RESOLVED);
         let points = |corners: &[DVec3; 3]| points_measured(corners, lmax);
         let task = |range: std::ops::Range<usize>| {
             let mut sums = Self::default();
@@ -116,7 +153,7 @@ impl Radii {
     }
 }
 
-fn largest_at_vertices(radius: &RadialMesh, series: &Series) -> f64 {
+fn largest_at_vertices(radius: &RadialMesh, series: &Evaluator) -> f64 {
     let difference = |vertex: &DVec3| {
         let (direction, r) = radius.at_vertex(*vertex)?;
         Some((r - series.value(direction)).abs())
@@ -139,8 +176,8 @@ impl Normals {
         Self { bins: vec![0.0; BINS], angles: 0.0, mesh_area: 0.0, series_area: 0.0 }
     }
 
-    fn of(radius: &RadialMesh, series: &Series) -> Self {
-        let lmax = series.coefficients().lmax();
+    fn of(radius: &RadialMesh, series: &Evaluator, lmax: usize) -> Self {
+        let lmax = lmax.min(RESOLVED);
         let points = |corners: &[DVec3; 3]| match points_measured(corners, lmax) {
             few @ ..=FINEST => few.saturating_sub(FEWER).max(2),
             many => many,
