@@ -131,8 +131,8 @@ pub fn fit(mesh: &Mesh, settings: &FitSettings) -> Result<Fit> {
     let projection_time = started.elapsed();
     let coefficients = settings.filter.map_or_else(|| projected.clone(), |f| f.apply(&projected));
     let error = fit_error(&radius, &coefficients)?;
-    let is_plain = settings.filter.is_none()
-        && !matches!(settings.projection, Projection::LeastSquares { .. });
+    // What a grid aliases goes into its energy at first order, into the error at second: only the exact projection obeys Parseval well enough.
+    let is_plain = settings.filter.is_none() && settings.projection == Projection::Conforming;
     Ok(Fit {
         parseval: is_plain.then(|| error.by_parseval(&coefficients)),
         error,
