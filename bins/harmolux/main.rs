@@ -3,6 +3,8 @@
 mod arguments;
 mod exit;
 mod fit;
+mod fit_many;
+mod fit_report;
 mod illum;
 mod info;
 mod interrupt;
