@@ -110,3 +110,7 @@ pub struct AreaPoint {
     /// The density, 1/m2, with which this point was picked.
     pub density: f64,
 }
+
+/// Shapes for the tests of other rooms.
+#[cfg(test)]
+pub(crate) use mesh::shapes as mesh_shapes;

@@ -1,5 +1,7 @@
 //! Mesh files.
 
+mod encode;
+mod format;
 mod obj;
 
 use std::fs;
@@ -9,6 +11,8 @@ use crate::error::InputError;
 use crate::surface::Mesh;
 use crate::{Error, Result};
 
+pub use encode::{MeshColours, encode, encode_ply};
+pub use format::MeshFormat;
 pub use obj::read_obj;
 
 /// Formats that are recognised and not read, by extension and by how their files begin.
