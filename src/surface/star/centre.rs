@@ -119,14 +119,26 @@ const KEPT: f64 = 0.5;
 /// # Errors
 /// As [`best_centre`].
 pub fn preferred_centre(mesh: &Mesh) -> Result<(DVec3, f64)> {
-    let (best, most) = best_centre(mesh)?;
+    Ok(centres(mesh)?.1)
+}
+
+/// Finds the best centre and the preferred one, each with its clearance, metres: one search for both.
+///
+/// # Errors
+/// As [`best_centre`].
+pub fn centres(mesh: &Mesh) -> Result<((DVec3, f64), (DVec3, f64))> {
+    let best = best_centre(mesh)?;
+    Ok((best, preferred_beside(mesh, best)))
+}
+
+fn preferred_beside(mesh: &Mesh, (best, most): (DVec3, f64)) -> (DVec3, f64) {
     if most.is_nan() || most <= 0.0 {
-        return Ok((best, most));
+        return (best, most);
     }
     let goal = centroid(mesh, best);
     let size = mesh.bounds().extent().max_element();
     let centre = nearest(mesh, goal, KEPT * most, size).unwrap_or(best);
-    Ok((centre, least_clearance(mesh, centre).1))
+    (centre, least_clearance(mesh, centre).1)
 }
 
 /// Gives the centroid of the cones from `apex`, which sees all faces, over the faces: of the volume, where the mesh is closed.

@@ -14,7 +14,7 @@ use glam::DVec3;
 use super::Mesh;
 use crate::{Error, Result};
 
-pub use centre::{best_centre, preferred_centre};
+pub use centre::{best_centre, centres, preferred_centre};
 pub use folds::{DIRECTIONS, Fold, Folds, folds};
 
 /// Tells how the faces of a mesh look from a point.
