@@ -178,6 +178,10 @@ fn open_inside_out_crossing_and_divided_meshes_are_told_apart() {
     assert_says(&out, &["pairs of faces cross, the first", "pieces           2, Euler number 4"]);
     let [out, _] = desk.ends(4, &["check", "crossing.obj", "--skip-crossings"]);
     assert!(!out.contains("crossings"));
+    assert_says(
+        &out,
+        &["star-shaped      no, about", "2 surfaces, one within the other", "100 % of all"],
+    );
     desk.put("apart.obj", second(3.0));
     let value = desk.json(4, &["check", "apart.obj"]);
     assert_eq!((&value["components"], &value["crossings"]["pairs"]), (&2.into(), &0.into()));
@@ -261,7 +265,7 @@ fn files_that_cannot_be_used_end_with_3_and_say_why() {
         (
             "cut.ply",
             ply[..ply.len() - 20].to_vec(),
-            "cut.ply:7: the header announces 12 rows of element face",
+            "cut.ply: the file ends after 10 of the 12 rows of element face",
         ),
         (
             "cut.stl",

@@ -164,6 +164,13 @@ fn seen(report: &StarReport) -> String {
     if report.is_star_shaped() {
         return format!("about {}, which every face clears by {clearance} m", place(report.about));
     }
+    if report.clearance > 0.0 {
+        let count = say::significant(report.covering.round(), 1);
+        return format!(
+            "about {}, around which go {count} surfaces, one within the other",
+            place(report.about)
+        );
+    }
     format!(
         "about {}, which lies {clearance} m behind face {}",
         place(report.about),

@@ -27,7 +27,7 @@ use super::{progress, say};
   harmolux fit bone.obj -l 64 -o bone.txt --unit mm --up y
   harmolux fit rock.obj -l 16 -o rock.txt --centre 0.1,0,0.2")]
 pub(crate) struct Fit {
-    /// The mesh (OBJ): closed, and star-shaped about some point
+    /// The mesh (OBJ, PLY, STL, OFF or glTF): closed, and star-shaped about some point
     pub(crate) mesh: PathBuf,
     /// The truncation degree lmax: (lmax + 1)^2 coefficients
     #[arg(short = 'l', long = "degree", value_name = "LMAX", value_parser = clap::value_parser!(u32).range(0..=1400))]
@@ -41,7 +41,7 @@ pub(crate) struct Fit {
     /// How much finer the grid is than the degree needs (with --projection grid)
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(crate) oversampling: u32,
-    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else the best centre]
+    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else one near the centroid]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub(crate) centre: Option<DVec3>,
     #[command(flatten)]

@@ -10,8 +10,8 @@ use super::{Plane, check_faces, least_clearance, planes};
 use crate::surface::Mesh;
 use crate::{Error, Result};
 
-/// Finds the centre, metres, with the largest clearance, metres, within the bounds of the mesh. A positive clearance says that the
-/// mesh is star-shaped about it; the clearance is that of the centre given, and within 1e-6 of the size of the mesh of the best.
+/// Finds the centre, metres, with the largest clearance, metres, within the bounds of the mesh. A positive clearance says that it
+/// sees every face; the clearance is that of the centre given, and within 1e-6 of the size of the mesh of the best.
 ///
 /// # Errors
 /// As [`test()`]; [`Error::Numeric`] when the linear program fails.

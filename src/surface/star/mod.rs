@@ -35,12 +35,20 @@ pub struct StarReport {
     pub turned_area: f64,
     /// The solid angle they fill over 4 pi; an upper bound, 0 to 1, of the share of directions that meet one of them.
     pub turned_solid_angle: f64,
+    /// How many times the surface goes around the point: its signed solid angle over 4 pi. 1 for a closed surface around the point,
+    /// less for an open one, 2 for two of them, one within the other.
+    pub covering: f64,
 }
 
 impl StarReport {
-    /// Tells whether the mesh is star-shaped about the point.
+    /// Tells whether no more than one surface goes around the point.
+    fn covers_once(&self) -> bool {
+        self.covering < 1.5
+    }
+
+    /// Tells whether the mesh is star-shaped about the point: the point sees every face from inside, and no face behind another.
     pub fn is_star_shaped(&self) -> bool {
-        self.clearance > 0.0
+        self.clearance > 0.0 && self.covers_once()
     }
 }
 
@@ -62,13 +70,16 @@ impl StarReport {
 /// ```
 pub fn test(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     check_faces(mesh)?;
-    let (mut area, mut turned_area, mut solid_angle, mut turned_faces) = (0.0, 0.0, 0.0, 0);
+    let (mut area, mut turned_area, mut turned_faces) = (0.0, 0.0, 0);
+    let (mut solid_angle, mut turned_solid_angle) = (0.0, 0.0);
     for plane in planes(mesh) {
         area += plane.area;
+        let seen = seen_solid_angle(mesh.corners(plane.face), about);
+        solid_angle += seen;
         if plane.clearance(about) <= 0.0 {
             turned_faces += 1;
             turned_area += plane.area;
-            solid_angle += seen_solid_angle(mesh.corners(plane.face), about).abs();
+            turned_solid_angle += seen.abs();
         }
     }
     let (worst, clearance) = least_clearance(mesh, about);
@@ -79,7 +90,8 @@ pub fn test(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
         worst_position: mesh.middle(worst),
         turned_faces,
         turned_area: turned_area / area,
-        turned_solid_angle: (solid_angle / (4.0 * PI)).min(1.0),
+        turned_solid_angle: (turned_solid_angle / (4.0 * PI)).min(1.0),
+        covering: solid_angle / (4.0 * PI),
     })
 }
 
@@ -92,6 +104,13 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     let report = test(mesh, about)?;
     if report.is_star_shaped() {
         return Ok(report);
+    }
+    if report.clearance > 0.0 {
+        return Err(Error::Geometry(format!(
+            "the mesh goes {:.0} times around {about:.6}, with pieces within one another; keep one piece alone \
+             (`--repair --largest-piece`)",
+            report.covering
+        )));
     }
     let advice = match best_centre(mesh)? {
         (centre, clearance) if clearance > 0.0 => format!(
@@ -188,6 +207,23 @@ mod tests {
         assert!(best_centre(&Mesh::default()).is_err());
         let nan = Mesh::new(vec![DVec3::NAN, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
         assert!(best_centre(&nan.expect("indices in range")).is_err());
+    }
+
+    #[test]
+    fn surface_within_another_is_no_star_shape() {
+        let (outer, inner) = (shapes::sphere(2), shapes::sphere(2).scaled(0.5).expect("positive"));
+        let shift = outer.positions().len() as u32;
+        let positions = [outer.positions(), inner.positions()].concat();
+        let moved = inner.triangles().iter().map(|t| t.map(|v| v + shift));
+        let triangles = outer.triangles().iter().copied().chain(moved).collect();
+        let both = Mesh::new(positions, triangles).expect("indices in range");
+        let report = test(&both, DVec3::ZERO).expect("faces");
+        assert!((report.covering - 2.0).abs() <= 1e-13 && report.clearance > 0.0);
+        assert!(
+            !report.is_star_shaped() && test(&outer, DVec3::ZERO).expect("faces").is_star_shaped()
+        );
+        let error = require(&both, DVec3::ZERO).unwrap_err().to_string();
+        assert!(error.contains("goes 2 times around [0.000000"), "{error}");
     }
 
     #[test]
