@@ -1,6 +1,7 @@
 //! The tool `harmolux`: parses the command line, calls the library, prints. Data goes to stdout, talk to stderr.
 
 mod arguments;
+mod check;
 mod exit;
 mod fit;
 mod fit_many;
@@ -12,6 +13,7 @@ mod mean;
 mod progress;
 mod random;
 mod render;
+mod repairs;
 mod say;
 mod shape_file;
 mod sweep;
@@ -32,6 +34,7 @@ fn main() -> ExitCode {
     let done = match &arguments.verb {
         Verb::Render(verb) => render::run(verb, arguments.json),
         Verb::Illum(verb) => illum::run(verb, arguments.json),
+        Verb::Check(verb) => check::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),
         Verb::Sweep(verb) => sweep::run(verb, arguments.json),

@@ -1,6 +1,7 @@
 //! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees.
 
 mod batch;
+mod check;
 mod fit;
 mod fit_points;
 mod grids;
@@ -10,6 +11,7 @@ mod solids;
 mod sweep;
 
 pub use batch::batch;
+pub use check::{Check, CheckSettings, FaceFault, SOUND, StarCheck};
 pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
 pub use fit_points::{PointFit, fit_points};
 pub use load::{FittedObject, Loaded, SensorGroup, camera, load};
