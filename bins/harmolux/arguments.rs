@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
+use harmolux::io::coefficients::ReadOptions;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
 use super::{fit, illum, info, render, sweep};
@@ -104,6 +105,11 @@ impl SeriesHabits {
     pub(crate) fn convention(&self) -> Option<Convention> {
         let phase = self.csphase.unwrap_or_default();
         self.normalisation.map(|normalisation| Convention { normalisation, phase })
+    }
+
+    /// Gives what is said of the file.
+    pub(crate) fn options(&self) -> ReadOptions {
+        ReadOptions { convention: self.convention(), ..ReadOptions::default() }
     }
 }
 

@@ -30,7 +30,7 @@ pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
     let extension = verb.file.extension().and_then(|e| e.to_str()).unwrap_or("");
     let is_series = ["txt", "sh"].iter().any(|e| e.eq_ignore_ascii_case(extension));
     let (lines, value) = if is_series {
-        series(&coefficients::read(&verb.file, verb.habits.convention())?)?
+        series(&coefficients::read(&verb.file, &verb.habits.options())?)?
     } else {
         mesh(&verb.file)?
     };

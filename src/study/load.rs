@@ -7,11 +7,12 @@ use glam::DVec3;
 
 use super::fit::{Fit, FitSettings, Projection, fit};
 use super::{grids, solids};
+use crate::io::coefficients::{self, ReadOptions};
+use crate::io::meshes;
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
     PlacementSpec, SceneFile, SensorSpec, ShSpec,
 };
-use crate::io::{coefficients, meshes};
 use crate::scene::{Material, Object, Perspective, PointLight, Scene, Sensor};
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
 use crate::surface::{
@@ -146,7 +147,8 @@ fn build_mesh(file: &SceneFile, name: &str, spec: &MeshSpec, own: Material) -> R
 fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Result<Built> {
     let key = ["objects", name, "sh", "file"];
     let (series, centre, fit) = if is_coefficients(&spec.file.resolved) {
-        let shape = read(file, &key, &spec.file, |path| coefficients::read(path, None))?;
+        let shape =
+            read(file, &key, &spec.file, |path| coefficients::read(path, &ReadOptions::default()))?;
         (shape.coefficients.truncated(spec.degree), shape.centre, None)
     } else {
         let mesh = read(file, &key, &spec.file, meshes::read)?;

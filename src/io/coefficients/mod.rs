@@ -1,6 +1,9 @@
 //! Coefficient files: what accompanies the coefficients of a shape, and the formats they are kept in.
 
+mod format;
 pub mod shtools_text;
+
+pub use format::SeriesFormat;
 
 use std::fmt;
 use std::path::Path;
@@ -85,13 +88,38 @@ impl fmt::Display for SourceHash {
     }
 }
 
-/// Reads a coefficient file. `convention` is for files that do not state theirs; it must not contradict one that does.
+/// Says what a coefficient file may leave open.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ReadOptions {
+    /// The format; `None` lets content and extension tell it.
+    pub format: Option<SeriesFormat>,
+    /// The convention of a file that does not state it; it must not contradict one that does.
+    pub convention: Option<Convention>,
+    /// The length of the file's unit, metres, where the file does not state it; `None` is the metre.
+    pub unit: Option<f64>,
+    /// The row to read of a table that holds several shapes, counted from 1.
+    pub row: Option<usize>,
+}
+
+/// Reads a coefficient file.
 ///
 /// # Errors
 /// [`Error::Io`] when the file cannot be read, else as [`shtools_text::parse`].
-pub fn read(path: &Path, convention: Option<Convention>) -> Result<Shape> {
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Shape> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
-    shtools_text::parse(path, &bytes, convention)
+    shtools_text::parse(path, &bytes, options.convention)
+}
+
+/// Writes a shape in a format; `convention` matters where the format leaves it open.
+///
+/// # Errors
+/// [`Error::Numeric`] when the degree is too high for unnormalised coefficients; [`Error::Parameter`] for a format that has another
+/// convention by its definition.
+pub fn encode(shape: &Shape, format: SeriesFormat, convention: Convention) -> Result<Vec<u8>> {
+    match format {
+        SeriesFormat::Text => shtools_text::write(shape, convention),
+        _ => Err(Error::Parameter(format!("{} cannot be written yet", format.noun()))),
+    }
 }
 
 #[cfg(test)]
@@ -117,7 +145,7 @@ mod tests {
 
     #[test]
     fn missing_file_is_reported_with_its_path() {
-        let error = read(Path::new("/no/such.txt"), None).expect_err("missing");
+        let error = read(Path::new("/no/such.txt"), &ReadOptions::default()).expect_err("missing");
         assert!(error.to_string().starts_with("/no/such.txt: cannot read"));
     }
 }
