@@ -1,15 +1,29 @@
 //! Coefficient files: what accompanies the coefficients of a shape, and the formats they are kept in.
 
+mod annotated;
 mod format;
+mod npy;
+mod recognise;
+mod rows;
+
+pub mod aics_csv;
+pub mod alm_npy;
+pub mod bshc;
+pub mod cilm_npy;
+pub mod dov;
+pub mod shadr;
 pub mod shtools_text;
+pub mod spharm_pdm;
 
 pub use format::SeriesFormat;
+pub use recognise::recognise;
 
 use std::fmt;
 use std::path::Path;
 
 use glam::DVec3;
 
+use crate::error::InputError;
 use crate::sh::{Coefficients, Convention};
 use crate::{Error, Result};
 
@@ -104,22 +118,86 @@ pub struct ReadOptions {
 /// Reads a coefficient file.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read, else as [`shtools_text::parse`].
+/// [`Error::Io`] when the file cannot be read, else as [`parse`].
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Shape> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
-    shtools_text::parse(path, &bytes, options.convention)
+    parse(path, &load(path)?, options)
 }
 
-/// Writes a shape in a format; `convention` matters where the format leaves it open.
+/// Loads a whole file.
+fn load(path: &Path) -> Result<Vec<u8>> {
+    if path.is_dir() {
+        let help = "name a file in it";
+        let message = "this is a folder, not a coefficient file";
+        return Err(InputError::new(path, message).help(help).into());
+    }
+    std::fs::read(path).map_err(|e| Error::io(path, "read", e))
+}
+
+/// Reads the bytes of a coefficient file; `path` is for messages and, where the content leaves a choice, its extension.
 ///
 /// # Errors
-/// [`Error::Numeric`] when the degree is too high for unnormalised coefficients; [`Error::Parameter`] for a format that has another
-/// convention by its definition.
+/// [`Error::Input`] when the format is not known, or as the reader of the format says; [`Error::Parameter`] when a row is asked for of
+/// a format that has none.
+pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
+    let format = options.format.or_else(|| recognise(path, bytes)).ok_or_else(|| {
+        let names: Vec<_> = SeriesFormat::ALL.iter().map(|format| format.name()).collect();
+        let help = format!("say its format with `--from`: {}", names.join(", "));
+        InputError::new(path, "this is no coefficient file that is known here").help(help)
+    })?;
+    if options.row.is_some() && format != SeriesFormat::Aics {
+        return Err(Error::Parameter(format!(
+            "{}: {} has one shape and no rows: leave out `--row`",
+            path.display(),
+            format.noun()
+        )));
+    }
+    let shape = match format {
+        SeriesFormat::Text => shtools_text::parse(path, bytes, options),
+        SeriesFormat::Dov => dov::parse(path, bytes, options),
+        SeriesFormat::Bshc => bshc::parse(path, bytes, options),
+        SeriesFormat::Npy => cilm_npy::parse(path, bytes, options),
+        SeriesFormat::Alm => alm_npy::parse(path, bytes, options),
+        SeriesFormat::SpharmPdm => spharm_pdm::parse(path, bytes, options),
+        SeriesFormat::Aics => aics_csv::parse(path, bytes, options),
+        SeriesFormat::Shadr => shadr::parse(path, bytes, options),
+        SeriesFormat::Binary | SeriesFormat::Compact => Err(not_yet(format, "read")),
+    }?;
+    in_metres(path, shape, options.unit)
+}
+
+/// Scales a shape whose file has another unit.
+fn in_metres(path: &Path, shape: Shape, unit: Option<f64>) -> Result<Shape> {
+    let Some(metres) = unit.filter(|metres| *metres != 1.0) else { return Ok(shape) };
+    let coefficients = shape.coefficients.scaled(metres);
+    if !coefficients.energy().is_finite() {
+        let message = "the coefficients are beyond the range of f64 in metres";
+        return Err(InputError::new(path, message).into());
+    }
+    Ok(Shape { coefficients, centre: metres * shape.centre, ..shape })
+}
+
+/// Writes a shape in a format. `convention` is for formats that leave it open; those with one by definition
+/// ([`SeriesFormat::convention`]) have theirs.
+///
+/// # Errors
+/// [`Error::Numeric`] when the degree is too high for unnormalised coefficients; [`Error::Parameter`] for a convention that the format
+/// cannot say.
 pub fn encode(shape: &Shape, format: SeriesFormat, convention: Convention) -> Result<Vec<u8>> {
     match format {
         SeriesFormat::Text => shtools_text::write(shape, convention),
-        _ => Err(Error::Parameter(format!("{} cannot be written yet", format.noun()))),
+        SeriesFormat::Dov => dov::write(shape, convention),
+        SeriesFormat::Bshc => bshc::write(shape, convention),
+        SeriesFormat::Npy => cilm_npy::write(shape, convention),
+        SeriesFormat::Alm => Ok(alm_npy::write(shape)),
+        SeriesFormat::SpharmPdm => Ok(spharm_pdm::write(shape)),
+        SeriesFormat::Aics => aics_csv::write(shape),
+        SeriesFormat::Shadr => shadr::write(shape, convention),
+        SeriesFormat::Binary | SeriesFormat::Compact => Err(not_yet(format, "written")),
     }
+}
+
+fn not_yet(format: SeriesFormat, done: &str) -> Error {
+    Error::Parameter(format!("{} cannot be {done} yet", format.noun()))
 }
 
 #[cfg(test)]
