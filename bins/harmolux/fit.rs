@@ -14,7 +14,7 @@ use harmolux::surface::{Mesh, UpAxis};
 use harmolux::{Error, Result};
 use serde_json::json;
 
-use super::arguments::{MeshHabits, UnitName, UpName, point};
+use super::arguments::{MeshHabits, UpName, point};
 use super::exit::Code;
 use super::{progress, say};
 
@@ -157,13 +157,7 @@ pub(crate) fn read_mesh(path: &Path, habits: &MeshHabits) -> Result<Mesh> {
         UpName::Y => UpAxis::Y,
         UpName::Z => UpAxis::Z,
     };
-    let metres = match habits.unit {
-        UnitName::M => 1.0,
-        UnitName::Cm => 0.01,
-        UnitName::Mm => 0.001,
-        UnitName::In => 0.0254,
-    };
-    mesh.with_up(up).scaled(metres)
+    mesh.with_up(up).scaled(habits.unit.metres())
 }
 
 /// Names a file by its name and content.

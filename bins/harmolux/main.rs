@@ -1,6 +1,7 @@
 //! The tool `harmolux`: parses the command line, calls the library, prints. Data goes to stdout, talk to stderr.
 
 mod arguments;
+mod convert;
 mod exit;
 mod fit;
 mod illum;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         Verb::Illum(verb) => illum::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),
+        Verb::Convert(verb) => convert::run(verb, arguments.json),
         Verb::Sweep(verb) => sweep::run(verb, arguments.json),
     };
     match done {

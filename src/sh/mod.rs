@@ -11,7 +11,7 @@ mod series;
 mod shape;
 mod transform;
 
-pub use bounds::{Bounds, rounding};
+pub use bounds::{Bounds, range, rounding};
 pub use coefficients::Coefficients;
 pub use legendre::MAX_DEGREE;
 pub use moments::Moments;

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::fit::{Fit, FitSettings, Projection, fit};
 use super::{grids, solids};
-use crate::io::coefficients::{self, ReadOptions};
+use crate::io::coefficients::{self, ReadOptions, SeriesFormat};
 use crate::io::meshes;
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
@@ -146,7 +146,7 @@ fn build_mesh(file: &SceneFile, name: &str, spec: &MeshSpec, own: Material) -> R
 
 fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Result<Built> {
     let key = ["objects", name, "sh", "file"];
-    let (series, centre, fit) = if is_coefficients(&spec.file.resolved) {
+    let (series, centre, fit) = if SeriesFormat::of_extension(&spec.file.resolved).is_some() {
         let shape =
             read(file, &key, &spec.file, |path| coefficients::read(path, &ReadOptions::default()))?;
         (shape.coefficients.truncated(spec.degree), shape.centre, None)
@@ -164,12 +164,6 @@ fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Resul
         .map_err(|e| at_key(file, &key, &spec.file, &e))?;
     let object = place(name, surface, &spec.placement(), centre, own)?;
     Ok(Built { object, closed: true, fit, deficiencies: Vec::new() })
-}
-
-/// Tells a coefficient file from a mesh by its extension.
-fn is_coefficients(path: &Path) -> bool {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-    ["txt", "sh"].iter().any(|e| e.eq_ignore_ascii_case(extension))
 }
 
 fn intersector(spec: &ShSpec) -> Intersector {

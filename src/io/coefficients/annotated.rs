@@ -130,6 +130,11 @@ fn check_lmax(path: &Path, notes: &Notes, found: usize) -> Result<()> {
     }
 }
 
+/// Gives the convention that a text states.
+pub(super) fn convention(path: &Path, bytes: &[u8]) -> Result<Option<Convention>> {
+    Ok(Notes::read(path, text(path, bytes)?)?.convention())
+}
+
 /// Tells whether a text begins as ours do.
 pub(super) fn is_ours(text: &str) -> bool {
     text.lines().next().is_some_and(is_title)

@@ -90,8 +90,8 @@ impl SeriesFormat {
             Self::SpharmPdm => &["coef"],
             Self::Aics => &["csv"],
             Self::Shadr => &["tab", "sha"],
-            Self::Binary => &["shb"],
-            Self::Compact => &["shc"],
+            Self::Binary => &["hxb"],
+            Self::Compact => &["hxc"],
         }
     }
 
@@ -125,6 +125,23 @@ impl SeriesFormat {
             }),
             _ => None,
         }
+    }
+}
+
+impl SeriesFormat {
+    /// Tells whether a file of this format has room for the centre of the shape.
+    pub const fn keeps_centre(self) -> bool {
+        matches!(self, Self::SpharmPdm) || self.keeps_source()
+    }
+
+    /// Tells whether a file of this format has room for the source of the shape and the degree it was cut from.
+    pub const fn keeps_source(self) -> bool {
+        matches!(self, Self::Text | Self::Dov | Self::Binary | Self::Compact)
+    }
+
+    /// Tells whether a reader knows the convention of a file without being told.
+    pub const fn says_convention(self) -> bool {
+        !matches!(self, Self::Bshc | Self::Npy)
     }
 }
 

@@ -124,7 +124,10 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Shape> {
 }
 
 /// Loads a whole file.
-fn load(path: &Path) -> Result<Vec<u8>> {
+///
+/// # Errors
+/// [`Error::Input`] for a folder, [`Error::Io`] when the file cannot be read.
+pub fn load(path: &Path) -> Result<Vec<u8>> {
     if path.is_dir() {
         let help = "name a file in it";
         let message = "this is a folder, not a coefficient file";
@@ -163,6 +166,26 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
         SeriesFormat::Binary | SeriesFormat::Compact => Err(not_yet(format, "read")),
     }?;
     in_metres(path, shape, options.unit)
+}
+
+/// Tells in which convention the numbers of a file stand: that of the format, the one it states, else the one that is given; `None` for
+/// our own forms, which keep the internal basis.
+///
+/// # Errors
+/// As [`parse`], for what comes before the coefficients.
+pub fn convention(
+    path: &Path,
+    bytes: &[u8],
+    format: SeriesFormat,
+    options: &ReadOptions,
+) -> Result<Option<Convention>> {
+    let stated = match format {
+        SeriesFormat::Text | SeriesFormat::Dov => annotated::convention(path, bytes)?,
+        SeriesFormat::Shadr => shadr::convention(path, bytes)?,
+        SeriesFormat::Binary | SeriesFormat::Compact => return Ok(None),
+        _ => format.convention(),
+    };
+    Ok(stated.or(options.convention))
 }
 
 /// Scales a shape whose file has another unit.

@@ -87,6 +87,12 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
     Ok(Shape::new(coefficients))
 }
 
+/// Gives the convention that the header states.
+pub(super) fn convention(path: &Path, bytes: &[u8]) -> Result<Option<Convention>> {
+    let first = lines(text(path, bytes)?).next();
+    Ok(first.and_then(|(line, _)| Header::read(line)).and_then(|header| header.convention()))
+}
+
 /// Tells whether a text begins with such a header.
 pub(super) fn is_shadr(text: &str) -> bool {
     lines(text).next().is_some_and(|(line, _)| Header::read(line).is_some())
