@@ -21,11 +21,11 @@ use super::say;
 /// healpy and ducc0). Numbers are written in metres with all their digits.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  harmolux convert head.txt head.bshc                                    for pyshtools, 4pi, csphase 1
-  harmolux convert head.txt alm.npy --to alm                             for healpy and ducc0
-  harmolux convert brain.coef brain.txt --unit mm                        from SPHARM-PDM, if it is star-shaped
-  harmolux convert cells.csv cell.txt --row 7 --unit um -l 8             one cell of aics-shparam, cut at degree 8
-  harmolux convert topo.sh topo.tab --normalisation ortho --csphase -1   a file that does not say its convention")]
+  harmolux convert head.txt head.bshc                    for pyshtools: 4pi, csphase 1
+  harmolux convert head.txt alm.npy --to alm             for healpy and ducc0
+  harmolux convert skull.coef skull.txt --unit mm        a radial set of SPHARM-PDM
+  harmolux convert cells.csv c.txt --row 7 --unit um     one cell of aics-shparam
+  harmolux convert topo.bshc topo.txt --normalisation ortho --csphase -1")]
 pub(crate) struct Convert {
     /// The coefficients to read
     pub(crate) input: PathBuf,

@@ -206,11 +206,12 @@ impl Output {
         if self.force || self.kind.owns(&self.head()?) || present.len() == 0 {
             return Ok(());
         }
-        refuse(&format!(
-            "the file that stands there was not written by this program as {}: \
-             choose another name, or replace it with `--force`",
-            self.kind.name
-        ))
+        let name = self.kind.name;
+        let why = match self.kind.mark {
+            Mark::Nothing => format!("{name} cannot say whether this program wrote it"),
+            _ => format!("the file that stands there was not written by this program as {name}"),
+        };
+        refuse(&format!("{why}: choose another name, or replace it with `--force`"))
     }
 
     fn head(&self) -> Result<Vec<u8>> {
@@ -297,6 +298,15 @@ mod tests {
     fn names(folder: &TempDir) -> Vec<String> {
         let entries = fs::read_dir(folder.path()).expect("readable");
         entries.map(|e| e.expect("entry").file_name().to_string_lossy().into_owned()).collect()
+    }
+
+    #[test]
+    fn file_without_room_for_a_name_is_never_ours() {
+        let (folder, path) = folder_with(Some(OURS));
+        let kind = Kind::unmarked("an array", &["txt"]);
+        assert!(refusal(&path, &kind, false).contains("an array cannot say whether this program"));
+        Output::open(&path, &kind, true).expect("forced").write(b"1").expect("written");
+        assert_eq!(fs::read(folder.path().join("head.txt")).expect("readable"), b"1");
     }
 
     #[test]

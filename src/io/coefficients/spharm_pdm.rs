@@ -24,6 +24,9 @@ use crate::{Error, Result};
 /// The residual, by the mean radius, up to which a set is a radial shape whatever its decimals: the rounding of f32.
 const RESIDUAL: f64 = 1e-6;
 
+/// How many decimals SPHARM-PDM writes.
+const DECIMALS: usize = 6;
+
 /// How many times the residual that its last decimal explains a set may have.
 const MARGIN: f64 = 4.0;
 
@@ -92,20 +95,24 @@ fn check_radial(
         return Ok(());
     }
     let message = format!(
-        "this set of x, y and z is no radial shape: its points lie {:.2} % of the mean radius from where their directions say",
+        "this set of x, y and z is no radial shape: its points lie {:.2} % of the radius from where their directions say (RMS)",
         100.0 * part.residual / size
     );
     let help = "write its surface as a mesh (SPHARM-PDM makes a .vtk file of it) and fit that with `harmolux fit`";
     Err(InputError::new(path, message).help(help).into())
 }
 
-/// Finds the unit of the last decimal, from the longest plain decimal fraction; 0 where a number has an exponent.
+/// Finds the unit of the last decimal, from the longest plain decimal fraction; 0, exact, where a number has an exponent or none has the
+/// decimals of the original.
 fn resolution(text: &str) -> f64 {
     if text.contains(['e', 'E']) {
         return 0.0;
     }
     let digits = |rest: &str| rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
     let decimals = text.split('.').skip(1).map(digits).max().unwrap_or(0);
+    if decimals < DECIMALS {
+        return 0.0;
+    }
     10.0_f64.powi(-i32::try_from(decimals).unwrap_or(i32::MAX))
 }
 
@@ -114,7 +121,7 @@ fn triples(path: &Path, text: &str) -> Result<Vec<[f64; 3]>> {
     let wrong = |place: &str, message: String| -> Error {
         // A part of the text knows where it stands by what follows it.
         let before = &text[..text.len() - place.len()];
-        InputError::new(path, message).at(before.lines().count().max(1), None).into()
+        InputError::new(path, message).at(1 + before.matches('\n').count(), None).into()
     };
     let body = text.trim_start().strip_prefix('{');
     let (count, mut rest) = body.and_then(|body| body.split_once(',')).ok_or_else(|| {
@@ -125,6 +132,7 @@ fn triples(path: &Path, text: &str) -> Result<Vec<[f64; 3]>> {
     })?;
     let mut triples = Vec::new();
     loop {
+        rest = rest.trim_start();
         let (triple, after) = one(rest).map_err(|message| wrong(rest, message))?;
         triples.push(triple);
         rest = after.trim_start();
@@ -148,7 +156,7 @@ fn triples(path: &Path, text: &str) -> Result<Vec<[f64; 3]>> {
 
 /// Reads `{x, y, z}`, and gives what follows.
 fn one(text: &str) -> Result<([f64; 3], &str), String> {
-    let body = text.trim_start().strip_prefix('{');
+    let body = text.strip_prefix('{');
     let (body, after) = body.and_then(|body| body.split_once('}')).ok_or(
         "a triple `{x, y, z}` must stand here: the file is cut off, or it is no SPHARM-PDM file",
     )?;
@@ -255,7 +263,7 @@ mod tests {
         let stretched = BALL.replacen("-2.894405", "-5.788810", 1);
         let message = refusal(&stretched);
         // The root of 2/9 by 4/3: see the test of `sh::radius_of`.
-        assert!(message.contains("its points lie 35.36 % of the mean radius from"), "{message}");
+        assert!(message.contains("its points lie 35.36 % of the radius from"), "{message}");
         assert!(message.contains("harmolux fit"));
     }
 
@@ -269,7 +277,7 @@ mod tests {
             ("{ 2,{0,0,0},\n{0,0,1}}", "2 triples are no whole degree"),
             ("{ 99999999999,{0,0,0}}", "announces 99999999999 triples and has 1"),
             ("{ 4,{0,0,0},{0,0,1},{1,0,0},{0,1,0}", "a.coef:1: a `,` and a triple"),
-            ("{ 4,{0,0,0},\n{0,0,1},\n{1,0,0},\n{0,1", "a.coef:3: a triple"),
+            ("{ 4,{0,0,0},\n{0,0,1},\n{1,0,0},\n{0,1", "a.coef:4: a triple"),
             ("{ 4,{0,0,0},{0,0},{1,0,0},{0,1,0}}", "2 numbers, where a triple has 3"),
             ("{ 4,{0,0,0},{0,0,nan},{1,0,0},{0,1,0}}", "`nan` is not a finite number"),
             ("{ 4,{0,0,0},{0,0,1e308},{1e308,0,0},{0,1e308,0}}", "beyond the range of f64"),
