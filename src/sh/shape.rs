@@ -1,7 +1,6 @@
 //! Integrals over the body r <= f(omega), exact from its coefficients.
 
-use super::Coefficients;
-use super::transform::{Grid, synthesis};
+use super::{Coefficients, Grid, synthesis};
 use crate::Result;
 
 /// Gives the volume of the body, V = 1/3 int f^3 d omega, by a Gauss-Legendre grid that is exact for degree 3 lmax.
