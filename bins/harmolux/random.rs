@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use harmolux::io::coefficients::{self, Shape};
+use harmolux::io::coefficients::{self, ReadOptions, Shape};
 use harmolux::io::output::Output;
 use harmolux::io::spectra;
 use harmolux::sh::{
@@ -145,7 +145,7 @@ fn read_spectrum(path: &Path) -> Result<Vec<f64>> {
         let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
         return spectra::parse(path, &bytes);
     }
-    let shape = coefficients::read(path, None)?;
+    let shape = coefficients::read(path, &ReadOptions::default())?;
     Ok(Spectrum::of(&shape.coefficients).degrees().iter().map(|d| d.power).collect())
 }
 
