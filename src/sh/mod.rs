@@ -19,7 +19,7 @@ mod spectrum;
 mod transform;
 
 pub use align::{Alignment, Top, align};
-pub use bounds::{Bounds, rounding};
+pub use bounds::{Bounds, range, rounding};
 pub use coefficients::Coefficients;
 pub use combination::{difference, mean, scatter, weighted_mean};
 pub use legendre::MAX_DEGREE;

@@ -10,10 +10,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::bounds::range;
 use super::shape::{angles, require_positive};
 use super::transform::{Grid, analysis, synthesis};
-use super::{Coefficients, Moments, Series, rotation_derivatives};
+use super::{Coefficients, Moments, Series, range, rotation_derivatives};
 use crate::{Error, Result};
 
 /// Holds a shape about its new centre and how well it is described there.
