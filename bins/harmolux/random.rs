@@ -192,9 +192,8 @@ fn positive(seed: u64, c: &Coefficients) -> Result<(f64, f64)> {
         return Ok((min, max));
     }
     Err(Error::Geometry(format!(
-        "the radius of seed {seed} is not positive in every direction (lower bound {:.3e} m): lower its deviation, raise the exponent, \
-         or, for a Gaussian random sphere, raise the degree",
-        min
+        "the radius of seed {seed} is not positive in every direction (lower bound {min:.3e} m): lower its deviation, raise the exponent, \
+         or, for a Gaussian random sphere, raise the degree"
     )))
 }
 
