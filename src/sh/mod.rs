@@ -2,9 +2,11 @@
 //! shapes. Knows no mesh.
 
 mod align;
+mod batch;
 mod bounds;
 mod coefficients;
 mod combination;
+mod grid;
 mod legendre;
 mod mirror;
 mod moments;
@@ -17,11 +19,13 @@ mod series;
 mod shape;
 mod spectrum;
 mod transform;
+mod two_step;
 
 pub use align::{Alignment, Top, align};
 pub use bounds::{Bounds, range, rounding};
 pub use coefficients::Coefficients;
 pub use combination::{difference, mean, scatter, weighted_mean};
+pub use grid::Grid;
 pub use legendre::MAX_DEGREE;
 pub use mirror::{Axis, mirrored};
 pub use moments::Moments;
@@ -33,4 +37,4 @@ pub use rotation_generators::rotation_derivatives;
 pub use series::{Jet, Series};
 pub use shape::{Area, PrincipalAxes, Solid, area, volume};
 pub use spectrum::{DegreePower, Spectrum};
-pub use transform::{Grid, analysis, synthesis};
+pub use transform::{Transform, analysis, synthesis};

@@ -7,8 +7,8 @@
 
 use std::f64::consts::TAU;
 
-use super::transform::{Grid, analysis, synthesis};
 use super::{Coefficients, MAX_DEGREE};
+use super::{Grid, analysis, synthesis};
 use crate::math::{Randomness, Stream};
 use crate::{Error, Result};
 

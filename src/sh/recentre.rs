@@ -11,8 +11,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::shape::{angles, require_positive};
-use super::transform::{Grid, analysis, synthesis};
-use super::{Coefficients, Moments, Series, range, rotation_derivatives};
+use super::{
+    Coefficients, Grid, Moments, Series, analysis, range, rotation_derivatives, synthesis,
+};
 use crate::{Error, Result};
 
 /// Holds a shape about its new centre and how well it is described there.

@@ -7,8 +7,7 @@
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, SymmetricEigen};
 
-use super::transform::{Grid, synthesis};
-use super::{Coefficients, rotation_derivatives};
+use super::{Coefficients, Grid, rotation_derivatives, synthesis};
 use crate::{Error, Result};
 
 /// Holds the integrals over a solid body of unit density (1 kg/m3), for radii in metres.
