@@ -55,8 +55,7 @@ impl Bounds {
     }
 }
 
-/// Bounds f itself from below and from above, certified, on a finer grid than [`Bounds`] and about its mid-range: |f - c| <= max |sample
-/// - c| / cos^2(pi lmax / n), n = 16 lmax.
+/// Bounds f alone, below and above, on a finer grid and about its mid-range: |f - c| <= max |sample - c| / cos^2(pi lmax / n), n = 16 lmax.
 ///
 /// # Errors
 /// As [`synthesis`]: a degree too high to evaluate.
