@@ -1,5 +1,6 @@
 //! Coefficient files: what accompanies the coefficients of a shape, and the formats they are kept in.
 
+pub mod binary;
 pub mod shtools_text;
 
 use std::fmt;
