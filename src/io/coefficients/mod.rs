@@ -1,6 +1,7 @@
 //! Coefficient files: what accompanies the coefficients of a shape, and the formats they are kept in.
 
 pub mod binary;
+pub mod compact;
 pub mod shtools_text;
 
 use std::fmt;
