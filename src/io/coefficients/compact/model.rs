@@ -98,6 +98,12 @@ impl Law {
         Self { mirrors: first & 7, tail: first >> 3 & 3, decay: first >> 5, level }
     }
 
+    /// Gives the distribution at degree l in such surroundings.
+    pub(super) fn distribution(self, l: usize, around: Surroundings) -> Distribution {
+        let expected = (around.sum + LAW_WEIGHT * self.expected(l)) / (around.weights + LAW_WEIGHT);
+        Distribution::new(expected + FLOOR, self.tail)
+    }
+
     /// Gives the magnitude that the power law expects at degree l >= 1.
     fn expected(self, l: usize) -> f64 {
         let quarters = f64::from(4 + u32::from(self.level % 4)) / 16.0;
@@ -105,6 +111,13 @@ impl Law {
         let root = (l as f64).sqrt();
         (0..self.decay).fold(start, |level, _| level / root)
     }
+}
+
+/// Holds the weighted sum of the magnitudes around a place, and the sum of the weights.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Surroundings {
+    sum: f64,
+    weights: f64,
 }
 
 /// Remembers the quantised coefficients so far, and expects the next.
@@ -134,16 +147,21 @@ impl Context {
 
     /// Gives the distribution at the next place, which must be `place`.
     pub(super) fn next(&self, place: Place) -> Distribution {
-        let (mut sum, mut weights) = (LAW_WEIGHT * self.law.expected(place.l), LAW_WEIGHT);
+        self.law.distribution(place.l, self.surroundings(place))
+    }
+
+    /// Sums what is known around the next place, which must be `place`.
+    pub(super) fn surroundings(&self, place: Place) -> Surroundings {
+        let mut all = Surroundings { sum: 0.0, weights: 0.0 };
         for (back, degree_weight) in DEGREE_WEIGHTS.into_iter().enumerate() {
             if place.l <= back {
                 break;
             }
-            let (s, w) = self.nearby(place, place.l - back);
-            sum += f64::from(degree_weight) * s;
-            weights += f64::from(degree_weight * w);
+            let (sum, weights) = self.nearby(place, place.l - back);
+            all.sum += f64::from(degree_weight) * sum;
+            all.weights += f64::from(degree_weight * weights);
         }
-        Distribution::new(sum / weights + FLOOR, self.law.tail)
+        all
     }
 
     /// Sums weighted magnitudes, and the weights, over the known nearby orders of degree l.

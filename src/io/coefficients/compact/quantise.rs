@@ -4,18 +4,19 @@
 //! it, and what is below the step vanishes by itself). A value goes to the whole number q that least costs (x - q)^2 + lambda bits(q), in
 //! units of the step: near the middle between two numbers the shorter one wins, and the step shrinks a little to pay for it.
 
-use super::model::{Context, LARGEST, Law, Place};
+use super::model::{Context, LARGEST, Law, Place, Surroundings};
 
-/// The last numbered step: the upper half of the bits of an f32, up to its largest.
-const LAST_STEP: u16 = 0x7f7f;
-/// Half a factor of two in step numbers.
-const HALF_OCTAVE: u16 = 64;
-
-/// The first numbered step: the smallest normal f32.
+/// Numbers the steps by the upper half of the bits of an f32: the smallest normal one, and the largest.
 const FIRST_STEP: u16 = 0x0080;
+const LAST_STEP: u16 = 0x7f7f;
+/// A factor of two in step numbers.
+const OCTAVE: u16 = 128;
+/// How far above the least promising step, and below a known one, is searched.
+const ROOM: u16 = 12 * OCTAVE;
+const REACH: u16 = OCTAVE / 2;
 
 /// The prices of a bit that are tried, in squared steps.
-const PRICES: [f64; 6] = [0.0, 0.04, 0.07, 0.1, 0.13, 0.16];
+const PRICES: [f64; 5] = [0.04, 0.07, 0.1, 0.13, 0.16];
 
 /// Gives the step with a number: all its 8 significant bits are in the 16 bits of the number.
 pub(super) fn step(number: u16) -> f64 {
@@ -51,25 +52,20 @@ pub(super) fn choose(values: &[f64], lmax: usize, tolerance: f64) -> Option<Choi
     let start = Law { mirrors: 0, tail: 2, decay: 4, level: 24 };
     let plain = largest(&problem, start, 0.0, None)?;
     let mut best = improved(plain, lmax);
-    // Past this many coefficients, the statistics settle: the usual price will do.
-    let prices: &[f64] = if values.len() > 1 << 17 { &PRICES[3..4] } else { &PRICES };
-    for _ in 0..2 {
-        let law = best.law;
-        for price in prices {
-            let near = Some(best.step);
-            if let Some(choice) = largest(&problem, law, *price, near) {
-                if choice.bits < best.bits {
-                    best = choice;
-                }
-            }
+    // Past this many coefficients the best price is always about the same.
+    let prices = if values.len() > 1 << 14 { &PRICES[2..3] } else { &PRICES };
+    let (law, near) = (best.law, Some(best.step));
+    for price in prices {
+        match largest(&problem, law, *price, near) {
+            Some(choice) if choice.bits < best.bits => best = choice,
+            _ => {}
         }
-        best = improved(best, lmax);
     }
-    Some(best)
+    Some(improved(best, lmax))
 }
 
 /// Finds a largest step that keeps the tolerance at a price, by bisection (the error grows with the step, if not strictly), among all or
-/// within half an octave of `near`.
+/// around `near`.
 fn largest(problem: &Problem, law: Law, price: f64, near: Option<u16>) -> Option<Choice> {
     let keeps = |number: u16| {
         let choice = quantised(problem, number, law, price)?;
@@ -79,8 +75,8 @@ fn largest(problem: &Problem, law: Law, price: f64, near: Option<u16>) -> Option
     // Plain rounding keeps half of the tolerance at this step, whatever the values.
     let least = step_below(problem.tolerance / (problem.values.len() as f64).sqrt())?;
     let (mut low, mut high) = match near {
-        Some(near) => (near.saturating_sub(HALF_OCTAVE).max(least), near + HALF_OCTAVE),
-        None => (least, least + 24 * HALF_OCTAVE),
+        Some(near) => (near.saturating_sub(REACH).max(least), near + REACH / 4),
+        None => (least, least + ROOM),
     };
     let mut best = keeps(low)?;
     while high - low > 1 {
@@ -96,7 +92,7 @@ fn largest(problem: &Problem, law: Law, price: f64, near: Option<u16>) -> Option
 /// Gives the number of the largest step up to `size`, when there is one with room above it.
 fn step_below(size: f64) -> Option<u16> {
     let number = ((size as f32).to_bits() >> 16) as u16;
-    (FIRST_STEP..LAST_STEP - 25 * HALF_OCTAVE).contains(&number).then_some(number)
+    (FIRST_STEP..LAST_STEP - ROOM).contains(&number).then_some(number)
 }
 
 fn quantised(problem: &Problem, number: u16, law: Law, price: f64) -> Option<Choice> {
@@ -145,43 +141,60 @@ fn error(values: &[f64], numbers: &[i64], step: f64) -> f64 {
 
 /// Chooses the law anew for the numbers that are given.
 fn improved(choice: Choice, lmax: usize) -> Choice {
-    let mut best = (cost(&choice.numbers, lmax, choice.law), choice.law);
-    loop {
-        let before = best.1;
-        for law in neighbours(before) {
-            let bits = cost(&choice.numbers, lmax, law);
-            if bits < best.0 {
-                best = (bits, law);
+    let mut best = (choice.bits, choice.law);
+    for mirrors in 0..8 {
+        // What stands around a place depends on the mirrors alone: the rest of the law is cheap to vary.
+        let known = Known::new(&choice.numbers, lmax, Law { mirrors, ..choice.law });
+        let mut law = Law { mirrors, ..best.1 };
+        let mut bits = known.cost(law);
+        loop {
+            let before = law;
+            for other in neighbours(before) {
+                let cost = known.cost(other);
+                if cost < bits {
+                    (bits, law) = (cost, other);
+                }
+            }
+            if law == before {
+                break;
             }
         }
-        if best.1 == before {
-            return Choice { bits: best.0, law: best.1, ..choice };
+        if bits < best.0 {
+            best = (bits, law);
         }
     }
+    Choice { bits: best.0, law: best.1, ..choice }
 }
 
-/// Lists the laws that differ in one choice, or in the two that describe the power law.
+/// Lists the laws that differ in the tail, or a little in the power law.
 fn neighbours(law: Law) -> impl Iterator<Item = Law> {
-    let mirrors = (0..8).map(move |mirrors| Law { mirrors, ..law });
     let tails = (0..4).map(move |tail| Law { tail, ..law });
-    let powers = (0..8).flat_map(move |decay| {
+    let powers = [-1, 0, 1].into_iter().flat_map(move |steeper| {
         [-4, -1, 0, 1, 4].map(move |up| Law {
-            decay,
+            decay: law.decay.saturating_add_signed(steeper).min(7),
             level: law.level.saturating_add_signed(up),
             ..law
         })
     });
-    mirrors.chain(tails).chain(powers)
+    tails.chain(powers)
 }
 
-/// Gives the information in the numbers past degree 0, bits.
-fn cost(numbers: &[i64], lmax: usize, law: Law) -> f64 {
-    let mut context = Context::new(law);
-    let mut bits = 0.0;
-    for place in Place::all(lmax) {
-        let value = numbers[place.index()];
-        bits += context.next(place).bits(value);
-        context.push(value);
+/// Holds numbers together with what stands around each.
+struct Known(Vec<(usize, Surroundings, i64)>);
+
+impl Known {
+    fn new(numbers: &[i64], lmax: usize, law: Law) -> Self {
+        let mut context = Context::new(law);
+        let known = Place::all(lmax).map(|place| {
+            let (around, value) = (context.surroundings(place), numbers[place.index()]);
+            context.push(value);
+            (place.l, around, value)
+        });
+        Self(known.collect())
     }
-    bits
+
+    /// Gives the information in the numbers past degree 0, bits.
+    fn cost(&self, law: Law) -> f64 {
+        self.0.iter().map(|(l, around, value)| law.distribution(*l, *around).bits(*value)).sum()
+    }
 }

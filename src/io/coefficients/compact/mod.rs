@@ -186,10 +186,10 @@ const fn unzigzag(number: u64) -> i64 {
     (number >> 1) as i64 ^ -((number & 1) as i64)
 }
 
-/// Gives what A_lm and B_lm are divided by to become coefficients of mean square 1.
+/// Gives what coefficients of mean square 1 are multiplied with to become A_lm and B_lm.
 fn norm(place: Place) -> f64 {
     let doubled = if place.m == 0 { 1.0 } else { 2.0 };
-    1.0 / (doubled * (2 * place.l + 1) as f64).sqrt()
+    (doubled * (2 * place.l + 1) as f64).sqrt()
 }
 
 /// Lists the orthonormal coefficients in the order of [`Place::index`].
@@ -198,7 +198,7 @@ fn orthonormal(coefficients: &Coefficients) -> Vec<f64> {
         let (a, b) = coefficients.get(place.l, place.m);
         if place.sine { b } else { a }
     };
-    let others = Place::all(coefficients.lmax()).map(|place| value(place) * norm(place));
+    let others = Place::all(coefficients.lmax()).map(|place| value(place) / norm(place));
     std::iter::once(coefficients.mean()).chain(others).collect()
 }
 
@@ -219,9 +219,10 @@ fn distance(a: &Coefficients, b: &Coefficients) -> Result<f64> {
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Shape> {
     check_start(path, bytes)?;
     let broken = |message: &str| Error::from(remade(path, message));
+    let start = MAGIC.len() + 1;
     let (content, check) =
-        bytes.split_last_chunk::<CHECK>().ok_or_else(|| broken("the file is cut off"))?;
-    if crc32fast::hash(content) != u32::from_le_bytes(*check) {
+        bytes[start..].split_last_chunk::<CHECK>().ok_or_else(|| broken("the file is cut off"))?;
+    if crc32fast::hash(&bytes[..start + content.len()]) != u32::from_le_bytes(*check) {
         return Err(broken("the file is damaged or cut off: its checksum does not fit"));
     }
     read_content(content, bytes.len()).map_err(|message| broken(&message))
@@ -249,7 +250,7 @@ fn check_start(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// Reads what lies between the version and the checksum; `size` is that of the whole file.
 fn read_content(content: &[u8], size: usize) -> Result<Shape, String> {
-    let mut fields = Fields(&content[MAGIC.len() + 1..]);
+    let mut fields = Fields(content);
     let [flags] = fields.take()?;
     if flags > HAS_SOURCE | IS_CUT | HAS_CENTRE {
         return Err(format!("the flags {flags:#x} are not known"));
@@ -323,7 +324,7 @@ impl Fields<'_> {
         let mut pairs = Coefficients::zeros(lmax);
         pairs.set(0, 0, mean as f64 * step, 0.0);
         for (place, number) in Place::all(lmax).zip(numbers) {
-            let value = number as f64 * step / norm(place);
+            let value = number as f64 * step * norm(place);
             let (a, b) = pairs.get(place.l, place.m);
             let (a, b) = if place.sine { (a, value) } else { (value, b) };
             pairs.set(place.l, place.m, a, b);
@@ -373,9 +374,9 @@ mod tests {
 
     #[test]
     fn tolerance_is_met_at_every_degree() {
-        for lmax in (0..=16).chain([31, 32, 63, 64]) {
+        for lmax in (0..=8).chain([13, 33]) {
             let shape = shape(lmax);
-            for tolerance in [1e-2, 1e-4, 1e-7, 1e-13] {
+            for tolerance in [1e-2, 1e-6, 1e-13] {
                 let file = encode(&shape, Tolerance::OfMeanRadius(tolerance)).expect("encoded");
                 assert!(file.rms <= tolerance * 0.1, "{lmax} {tolerance}");
                 let back = read(&file.bytes).expect("read");
@@ -514,6 +515,7 @@ mod tests {
             .expect("encoded")
             .bytes;
         let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        assert_eq!(hex, "");
+        let expected = "485843010006ff265338881fd0b4f4eff9756b9bb37c27b0a742cf6f87868612e69d2249f8580c977e4681a36f";
+        assert_eq!(hex, expected);
     }
 }
