@@ -125,16 +125,13 @@ pub fn parse_truncated(path: &Path, mut reader: impl Read, lmax: usize) -> Resul
     let (mut a, mut b) = (Vec::new(), Vec::new());
     for l in 0..=last {
         let block = source.block(&header, l)?;
-        for (i, value) in block.into_iter().enumerate() {
-            let sine = i > 0 && i % 2 == 0;
-            if sine {
-                b.push(value)
-            } else {
-                a.push(value)
-            }
-            if i == 0 {
-                b.push(0.0);
-            }
+        // A_l0 stands alone, pairs of A and B follow.
+        let (zonal, pairs) = block.split_at(1);
+        a.extend(zonal);
+        b.push(0.0);
+        for pair in pairs.chunks_exact(2) {
+            a.push(pair[0]);
+            b.push(pair[1]);
         }
     }
     Ok(Shape {

@@ -514,7 +514,7 @@ mod tests {
         let bytes = encode(&Shape::new(shape(6).coefficients), Tolerance::OfMeanRadius(1e-3))
             .expect("encoded")
             .bytes;
-        let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        let hex = bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().concat();
         let expected = "485843010006ff265338881fd0b4f4eff9756b9bb37c27b0a742cf6f87868612e69d2249f8580c977e4681a36f";
         assert_eq!(hex, expected);
     }

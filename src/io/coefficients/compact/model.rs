@@ -11,6 +11,7 @@
 //! So only + - * / and sqrt take part, which IEEE 754 rounds alike on every machine, and no exp or log of a system's library.
 
 use std::borrow::Borrow;
+use std::f64::consts::SQRT_2;
 use std::num::NonZeroU32;
 
 use constriction::stream::model::{DecoderModel, EncoderModel, EntropyModel};
@@ -39,7 +40,7 @@ const ORDER_WEIGHTS: [u32; 5] = [60, 30, 20, 15, 12];
 const LAW_WEIGHT: f64 = 120.0;
 
 /// Half the degrees of freedom, and the mean magnitude E|t|, of the distributions that a file can choose.
-const TAILS: [(u32, f64); 4] = [(1, 1.414_213_562), (2, 1.0), (4, 0.883_883_476), (8, 0.838_018_3)];
+const TAILS: [(u32, f64); 4] = [(1, SQRT_2), (2, 1.0), (4, 0.883_883_476), (8, 0.838_018_3)];
 
 /// Numbers a coefficient: degree, order, and whether it is that of the sine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

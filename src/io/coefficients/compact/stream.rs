@@ -214,7 +214,7 @@ mod tests {
     fn bytes_without_sense_do_no_harm() {
         for seed in 0..500_u64 {
             let noise: Vec<u8> =
-                (0..60).map(|i| ((seed * 77 + i * i * 31) * 2_654_435_761 >> 13) as u8).collect();
+                (0..60).map(|i| (((seed * 77 + i * i * 31) * 2_654_435_761) >> 13) as u8).collect();
             let law = Law::from_bytes([noise[0], noise[1]]);
             if let Some(values) = read(&noise[2..], 12, law) {
                 assert!(values.iter().all(|v| v.abs() <= LARGEST));
