@@ -4,5 +4,7 @@ pub mod coefficients;
 pub mod images;
 pub mod meshes;
 pub mod output;
+pub mod points;
 pub mod scene_file;
+pub mod spectra;
 pub mod tables;
