@@ -13,6 +13,8 @@ mod sh_surface;
 mod shell;
 pub mod star;
 mod step_bisection;
+mod tessellation;
+mod triangle;
 
 pub use bvh::Bvh;
 pub use instance::Instance;
@@ -23,6 +25,7 @@ pub use projection::{RadialError, project_conforming, project_grid, radial_error
 pub use radial::{Chord, Gap, RadialBody};
 pub use sh_surface::{Intersector, ShSurface};
 pub use step_bisection::StepBisection;
+pub use tessellation::{ChordError, MAX_FACES, Resolution, Tessellation, tessellate};
 
 use glam::{DVec2, DVec3};
 
