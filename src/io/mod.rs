@@ -4,5 +4,6 @@ pub mod coefficients;
 pub mod images;
 pub mod meshes;
 pub mod output;
+pub mod plots;
 pub mod scene_file;
 pub mod tables;

@@ -2,10 +2,12 @@
 
 mod bvh;
 mod certified;
+mod hausdorff;
 mod instance;
 mod mesh;
 mod mesh_check;
 mod mesh_surface;
+mod nearest;
 pub mod primitives;
 mod projection;
 mod radial;
@@ -17,10 +19,12 @@ mod tessellation;
 mod triangle;
 
 pub use bvh::Bvh;
+pub use hausdorff::{FarthestPoint, farthest_point};
 pub use instance::Instance;
 pub use mesh::{Mesh, UpAxis};
 pub use mesh_check::{BadEdge, EdgeFault, MeshReport};
 pub use mesh_surface::MeshSurface;
+pub use nearest::{Nearest, NearestPoint};
 pub use projection::{RadialError, project_conforming, project_grid, radial_error};
 pub use radial::{Chord, Gap, RadialBody};
 pub use sh_surface::{Intersector, ShSurface};
