@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
-use super::{fit, illum, info, render, sweep};
+use super::{diff, fit, illum, info, render, spectrum, sweep};
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
 #[derive(Debug, Parser)]
@@ -29,6 +29,8 @@ Examples:
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
   harmolux sweep data/head.obj -l 4,8,16,32,64 -o out    what each degree costs and buys
+  harmolux spectrum head.txt --plot                      how much each degree carries
+  harmolux diff head.txt data/head.obj                   how far two shapes are from each other
 
 Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 target error not met, 130 interrupted (after saving).";
 
@@ -39,6 +41,8 @@ pub(crate) enum Verb {
     Fit(fit::Fit),
     Info(info::Info),
     Sweep(sweep::Sweep),
+    Spectrum(spectrum::Spectrum),
+    Diff(diff::Diff),
 }
 
 /// What verbs that run a scene have in common
@@ -131,6 +135,27 @@ pub(crate) fn point(text: &str) -> Result<DVec3, String> {
     }
 }
 
+/// Reads a length of the command line, metres unless a unit follows.
+pub(crate) fn length(text: &str) -> Result<f64, String> {
+    let split = text.find(|c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E');
+    let (number, unit) = text.split_at(split.unwrap_or(text.len()));
+    let metres = match unit {
+        "" | "m" => 1.0,
+        "cm" => 0.01,
+        "mm" => 1e-3,
+        "um" => 1e-6,
+        "in" => 0.0254,
+        _ => f64::NAN,
+    };
+    match number.trim().parse::<f64>().map(|n| n * metres) {
+        Ok(length) if length > 0.0 && length.is_finite() => Ok(length),
+        _ => Err(
+            "write a positive length in metres or with its unit (m, cm, mm, um, in), such as 0.1mm"
+                .into(),
+        ),
+    }
+}
+
 /// Reads a value of the command line.
 pub(crate) fn degrees(text: &str) -> Result<Degrees, String> {
     let wrong =
@@ -164,6 +189,9 @@ mod tests {
         assert_eq!(degrees("8,4,8"), Ok(Degrees(vec![4, 8])));
         assert_eq!(degrees("2..5"), Ok(Degrees(vec![2, 3, 4, 5])));
         assert!(degrees("").is_err() && degrees("5..2").is_err() && degrees("9999").is_err());
+        assert_eq!(length("2e-3"), Ok(2e-3));
+        assert_eq!(length("0.5mm"), Ok(0.5e-3));
+        assert!(length("-1").is_err() && length("nan").is_err() && length("1 mile").is_err());
         assert_eq!(size("320x240"), Ok([320, 240]));
         assert!(size("0x3").is_err() && size("320").is_err());
         assert_eq!(point("1, -2,0.5"), Ok(DVec3::new(1.0, -2.0, 0.5)));

@@ -1,14 +1,18 @@
 //! The tool `harmolux`: parses the command line, calls the library, prints. Data goes to stdout, talk to stderr.
 
 mod arguments;
+mod diff;
 mod exit;
 mod fit;
 mod illum;
 mod info;
 mod interrupt;
+mod plot;
 mod progress;
 mod render;
 mod say;
+mod spectrum;
+mod subject;
 mod sweep;
 
 use std::process::ExitCode;
@@ -29,6 +33,8 @@ fn main() -> ExitCode {
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),
         Verb::Sweep(verb) => sweep::run(verb, arguments.json),
+        Verb::Spectrum(verb) => spectrum::run(verb, arguments.json),
+        Verb::Diff(verb) => diff::run(verb, arguments.json),
     };
     match done {
         Ok(code) => code.into(),

@@ -34,7 +34,7 @@ fn one_point_and_equal_points_are_drawn() {
         {
             let figure =
                 Figure::new("Few", [scale.clone(), scale.clone()], vec![Curve::new("a", points)]);
-            assert!(figure.to_svg().expect("drawn").len() < 100_000);
+            assert!(figure.to_svg().expect("drawn").starts_with("<svg"));
             assert!(!figure.to_terminal(0, 0, false).expect("drawn").is_empty());
         }
     }
