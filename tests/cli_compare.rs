@@ -98,13 +98,27 @@ fn diff_encloses_the_distance_of_two_balls() {
     let desk = Desk::new();
     // The farthest point of the second ball is 1.35 from the centre of the first: 0.35 outside it; the first reaches 0.15 out of the second.
     let found = desk.json(&["diff", "ball.txt", "moved.txt"], 0);
-    assert!(number(&found, "hausdorff_lower_m") <= 0.35 && number(&found, "hausdorff_upper_m") >= 0.35);
+    assert!(
+        number(&found, "hausdorff_lower_m") <= 0.35 && number(&found, "hausdorff_upper_m") >= 0.35
+    );
     assert!(number(&found, "hausdorff_upper_m") - number(&found, "hausdorff_lower_m") <= 4e-3);
     assert!((number(&found, "a_from_b_lower_m") - 0.15).abs() <= 4e-3);
     assert!(found["radial_rms_m"].is_null() && found["within_tolerance"].is_null());
-    assert_says(found["no_radial_because"].as_str().expect("a reason"), &["centres are 2.500e-1 m apart"]);
+    assert_says(
+        found["no_radial_because"].as_str().expect("a reason"),
+        &["centres are 2.500e-1 m apart"],
+    );
     let text = stdout(&desk.ends(&["diff", "ball.txt", "moved.txt"], 0));
-    assert_says(&text, &["Hausdorff distance", "radial", "none: their centres", "normals differ by", "ratio 1.331"]);
+    assert_says(
+        &text,
+        &[
+            "Hausdorff distance",
+            "radial",
+            "none: their centres",
+            "normals differ by",
+            "ratio 1.331",
+        ],
+    );
 }
 
 #[test]
@@ -127,12 +141,21 @@ fn diff_writes_its_numbers_and_refuses_what_it_cannot_use() {
     let desk = Desk::new();
     desk.ends(&["diff", "ball.txt", "bumpy.txt", "-o", "diff.csv"], 0);
     let table = fs::read_to_string(desk.path("diff.csv")).expect("there");
-    assert_says(&table, &["a,b,quantity,value,unit\n", "ball.txt,bumpy.txt,hausdorff_upper,", "volume_a,"]);
+    assert_says(
+        &table,
+        &["a,b,quantity,value,unit\n", "ball.txt,bumpy.txt,hausdorff_upper,", "volume_a,"],
+    );
     desk.refused(&["diff", "ball.txt", "none.txt"], &["none.txt: cannot read"]);
     desk.put_shape("negative.txt", &shape(-1.0, 0.0, DVec3::ZERO));
-    desk.refused(&["diff", "ball.txt", "negative.txt"], &["ball.txt and negative.txt: ", "the radius towards"]);
+    desk.refused(
+        &["diff", "ball.txt", "negative.txt"],
+        &["ball.txt and negative.txt: ", "the radius towards"],
+    );
     fs::write(desk.path("notes.csv"), "my notes\n").expect("written");
-    desk.refused(&["diff", "ball.txt", "ball.txt", "-o", "notes.csv"], &["not written by this program"]);
+    desk.refused(
+        &["diff", "ball.txt", "ball.txt", "-o", "notes.csv"],
+        &["not written by this program"],
+    );
 }
 
 #[test]
@@ -158,7 +181,10 @@ fn spectra_are_plotted_to_files_and_to_the_terminal() {
     for _ in 0..2 {
         desk.ends(&[&["spectrum", "bumpy.txt"], &files[..]].concat(), 0);
     }
-    assert_says(&fs::read_to_string(desk.path("s.svg")).expect("there"), &["<svg", "Power per degree"]);
+    assert_says(
+        &fs::read_to_string(desk.path("s.svg")).expect("there"),
+        &["<svg", "Power per degree"],
+    );
     assert!(fs::read(desk.path("s.png")).expect("there").starts_with(b"\x89PNG"));
     let plot = stdout(&desk.ends(&["spectrum", "bumpy.txt", "--plot"], 0));
     assert!(plot.contains("Power per degree") && !plot.contains('\x1b'), "{plot}");

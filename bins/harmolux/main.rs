@@ -4,16 +4,22 @@ mod arguments;
 mod diff;
 mod exit;
 mod fit;
+mod fit_many;
+mod fit_report;
 mod illum;
 mod info;
 mod interrupt;
+mod mean;
 mod plot;
 mod progress;
+mod random;
 mod render;
 mod say;
+mod shape_file;
 mod spectrum;
 mod subject;
 mod sweep;
+mod transform;
 
 use std::process::ExitCode;
 
@@ -35,6 +41,9 @@ fn main() -> ExitCode {
         Verb::Sweep(verb) => sweep::run(verb, arguments.json),
         Verb::Spectrum(verb) => spectrum::run(verb, arguments.json),
         Verb::Diff(verb) => diff::run(verb, arguments.json),
+        Verb::Transform(verb) => transform::run(verb, arguments.json),
+        Verb::Mean(verb) => mean::run(verb, arguments.json),
+        Verb::Random(verb) => random::run(verb, arguments.json),
     };
     match done {
         Ok(code) => code.into(),

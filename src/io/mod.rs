@@ -5,5 +5,7 @@ pub mod images;
 pub mod meshes;
 pub mod output;
 pub mod plots;
+pub mod points;
 pub mod scene_file;
+pub mod spectra;
 pub mod tables;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::fit::{Fit, FitSettings, Projection, fit};
+use super::fit::{Fit, FitSettings, fit};
 use super::{grids, solids};
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
@@ -150,11 +150,7 @@ fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Resul
         (shape.coefficients.truncated(spec.degree), shape.centre, None)
     } else {
         let mesh = read(file, &key, &spec.file, meshes::read)?;
-        let settings = FitSettings {
-            lmax: spec.degree,
-            projection: Projection::Conforming,
-            centre: spec.centre,
-        };
+        let settings = FitSettings { centre: spec.centre, ..FitSettings::of_degree(spec.degree) };
         let fit = fit(&mesh, &settings).map_err(|e| at_key(file, &key, &spec.file, &e))?;
         (fit.coefficients.clone(), fit.centre, Some(fit))
     };

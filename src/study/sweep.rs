@@ -7,7 +7,7 @@ use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::fit::{Fit, FitSettings, Projection, fit, mesh_bytes, series_bytes};
+use super::fit::{Fit, FitSettings, fit, mesh_bytes, series_bytes};
 use crate::Result;
 use crate::io::plots::{Axis, Curve, Figure};
 use crate::math::{Ray, sampling};
@@ -38,7 +38,7 @@ pub fn sweep(mesh: &Mesh, degrees: &[usize], watch: &dyn Fn(usize)) -> Result<Ve
     let mut rows = Vec::new();
     let mut ball = (DVec3::ZERO, 0.0);
     for &lmax in degrees {
-        let settings = FitSettings { lmax, projection: Projection::Conforming, centre: None };
+        let settings = FitSettings::of_degree(lmax);
         let fit = fit(mesh, &settings)?;
         let surface = ShSurface::new(&fit.coefficients, Intersector::Certified)?;
         let radius = surface.body().bounds().max;

@@ -2,6 +2,9 @@
 
 mod bvh;
 mod certified;
+mod envelope;
+mod face_nodes;
+mod fit_error;
 mod hausdorff;
 mod instance;
 mod mesh;
@@ -11,6 +14,7 @@ mod nearest;
 pub mod primitives;
 mod projection;
 mod radial;
+mod radial_mesh;
 mod sh_surface;
 mod shell;
 pub mod star;
@@ -19,14 +23,17 @@ mod tessellation;
 mod triangle;
 
 pub use bvh::Bvh;
+pub use envelope::{Envelope, least_folded};
+pub use fit_error::{FitError, fit_error};
 pub use hausdorff::{FarthestPoint, farthest_point};
 pub use instance::Instance;
 pub use mesh::{Mesh, UpAxis};
 pub use mesh_check::{BadEdge, EdgeFault, MeshReport};
 pub use mesh_surface::MeshSurface;
 pub use nearest::{Nearest, NearestPoint};
-pub use projection::{RadialError, project_conforming, project_grid, radial_error};
+pub use projection::{project_conforming, project_faces, project_grid, project_rays};
 pub use radial::{Chord, Gap, RadialBody};
+pub use radial_mesh::{Folds, RadialMesh, RadialSamples};
 pub use sh_surface::{Intersector, ShSurface};
 pub use step_bisection::StepBisection;
 pub use tessellation::{ChordError, MAX_FACES, Resolution, Tessellation, tessellate};

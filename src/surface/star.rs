@@ -205,7 +205,7 @@ fn least_clearance(planes: &[Plane], from: DVec3) -> (usize, f64) {
 }
 
 /// Gives the signed solid angle of a triangle (Van Oosterom and Strackee 1983), positive where its inner side is seen.
-fn seen_solid_angle(corners: [DVec3; 3], from: DVec3) -> f64 {
+pub(super) fn seen_solid_angle(corners: [DVec3; 3], from: DVec3) -> f64 {
     let [a, b, c] = corners.map(|p| p - from);
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
