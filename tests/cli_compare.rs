@@ -165,9 +165,9 @@ fn spectrum_is_that_of_the_coefficients() {
     let rows = rows.as_array().expect("rows");
     assert_eq!(rows.len(), 6);
     let f = shape(1.0, 0.05, DVec3::ZERO).coefficients;
-    for l in 0..=4 {
+    for (l, row) in rows.iter().enumerate().take(5) {
         let power = f.degree_deviation(l).powi(2) / (2 * l + 1) as f64;
-        assert!((number(&rows[l], "power_m2") / power - 1.0).abs() <= 1e-12);
+        assert!((number(row, "power_m2") / power - 1.0).abs() <= 1e-12);
     }
     assert_eq!((&rows[5]["shape"], number(&rows[5], "power_m2")), (&"ball".into(), 1.0));
     let text = stdout(&desk.ends(&["spectrum", "bumpy.txt"], 0));
@@ -190,4 +190,53 @@ fn spectra_are_plotted_to_files_and_to_the_terminal() {
     assert!(plot.contains("Power per degree") && !plot.contains('\x1b'), "{plot}");
     desk.refused(&["spectrum", "bumpy.txt", "-o", "s.jpg"], &["name a file .csv, .svg or .png"]);
     desk.refused(&["spectrum", "ball.txt", "--plot"], &["there is nothing to plot"]);
+}
+
+#[test]
+fn meshes_are_made_in_each_way_and_stand_for_the_coefficients() {
+    let desk = Desk::new();
+    let ways: [(&str, &[&str], u64); 3] = [
+        ("a.obj", &["--resolution", "4"], 320),
+        ("b.ply", &["--lat-long", "6x9"], 90),
+        ("c.stl", &["--tolerance", "5mm"], 0),
+    ];
+    for (file, way, faces) in ways {
+        let made = desk.json(&[&["mesh", "bumpy.txt", "-o", file], way].concat(), 0);
+        assert!(faces == 0 || made["faces"] == faces, "{made}");
+        let (error, bound) = (number(&made, "chord_error_m"), number(&made, "chord_error_bound_m"));
+        assert!(error <= bound && (faces > 0 || error <= 5e-3), "{made}");
+        let info = desk.json(&["info", file], 0);
+        assert_eq!(info["faces"], made["faces"]);
+        // What diff encloses is at most what the mesh said of itself; STL rounds to f32.
+        let diff = desk.json(&["diff", "bumpy.txt", file, "--width", "4mm"], 0);
+        assert!(number(&diff, "hausdorff_lower_m") <= bound + 1e-6, "{diff}");
+    }
+}
+
+#[test]
+fn meshes_that_cannot_be_made_are_refused() {
+    let desk = Desk::new();
+    desk.refused(
+        &["mesh", "ball.txt", "-o", "ball.glb"],
+        &["meshes are written as .obj, .ply or .stl"],
+    );
+    desk.refused(
+        &["mesh", "ball.txt", "-o", "b.ply", "--tolerance", "1e-15"],
+        &["takes more than"],
+    );
+    desk.refused(&["mesh", "ball.txt", "-o", "b.ply", "--resolution", "100000"], &["is too large"]);
+    desk.put_shape("negative.txt", &shape(-1.0, 0.0, DVec3::ZERO));
+    desk.refused(&["mesh", "negative.txt", "-o", "b.ply"], &["negative.txt: the radius towards"]);
+    let both = desk
+        .ends(&["mesh", "ball.txt", "-o", "b.ply", "--resolution", "4", "--lat-long", "4x4"], 2);
+    assert_says(&stderr(&both), &["cannot be used with"]);
+}
+
+#[test]
+fn the_map_of_a_difference_is_a_coloured_mesh() {
+    let desk = Desk::new();
+    let done = desk.ends(&["diff", "ball.txt", "moved.txt", "--map", "map.ply"], 0);
+    assert_says(&stderr(&done), &["map.ply: blue -0.", "red +0.", "b is outside a"]);
+    let bytes = fs::read(desk.path("map.ply")).expect("there");
+    assert_says(&String::from_utf8_lossy(&bytes[..400]), &["harmolux", "property uchar red"]);
 }

@@ -7,7 +7,10 @@ use glam::DVec3;
 use harmolux::Error;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
-use super::{diff, fit, illum, info, mean, random, render, spectrum, sweep, transform};
+use super::repairs::Repairs;
+use super::{
+    check, diff, fit, illum, info, mean, mesh, random, render, spectrum, sweep, transform,
+};
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
 #[derive(Debug, Parser)]
@@ -27,23 +30,27 @@ const EXAMPLES: &str = "\
 Examples:
   harmolux render data/scenes/head_room.toml             a picture: head_room.png and head_room.exr
   harmolux illum data/scenes/head_room.toml              lux at the scene's sensors, each with its interval
+  harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
   harmolux sweep data/head.obj -l 4,8,16,32,64 -o out    what each degree costs and buys
   harmolux spectrum head.txt --plot                      how much each degree carries
+  harmolux mesh head.txt -o head.ply                     coefficients become a mesh
   harmolux diff head.txt data/head.obj                   how far two shapes are from each other
 
-Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 target error not met, 130 interrupted (after saving).";
+Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement or target error not met, 130 interrupted (after saving).";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
     Render(render::Render),
     Illum(illum::Illum),
+    Check(check::Check),
     Fit(fit::Fit),
     Info(info::Info),
     Sweep(sweep::Sweep),
     Spectrum(spectrum::Spectrum),
     Diff(diff::Diff),
+    Mesh(mesh::Mesh),
     Transform(Box<transform::Transform>),
     Mean(mean::Mean),
     Random(random::Random),
@@ -77,6 +84,8 @@ pub(crate) struct MeshHabits {
     /// The axis of the mesh file that points up
     #[arg(long, value_enum, default_value_t)]
     pub(crate) up: UpName,
+    #[command(flatten)]
+    pub(crate) repairs: Repairs,
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
+use harmolux::io::meshes::{MeshColours, MeshFormat, encode_ply};
 use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
-use harmolux::study::{CompareSettings, Comparison, Hausdorff, compare};
+use harmolux::study::{CompareSettings, Comparison, DistanceMap, Hausdorff, compare, distance_map};
 use harmolux::{Error, Result};
 use serde_json::{Value, json};
 
@@ -23,6 +24,7 @@ use super::subject::Read;
 #[command(after_help = "Examples:
   harmolux diff head.txt head.obj                     what the fit lost
   harmolux diff left.txt right.txt --json
+  harmolux diff head.txt head.obj --map where.ply     the difference as colours
   harmolux diff new.obj old.obj --tolerance 0.1mm     exit code 4 when they are farther apart")]
 pub(crate) struct Diff {
     /// The first shape: coefficients or a mesh
@@ -41,6 +43,9 @@ pub(crate) struct Diff {
     /// Write the numbers as a table
     #[arg(short, long, value_name = "FILE.csv")]
     pub(crate) output: Option<PathBuf>,
+    /// Write the first shape coloured by its distance from the second: blue where that is inside it, red where it is outside
+    #[arg(long, value_name = "FILE.ply")]
+    pub(crate) map: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) mesh: MeshHabits,
     #[command(flatten)]
@@ -56,6 +61,8 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     let kind = table.csv_kind()?;
     let output = verb.output.as_ref().map(|path| Output::open(path, &kind, verb.force));
     let output = output.transpose()?;
+    let map = verb.map.as_ref().map(|path| Output::open(path, &MeshFormat::Ply.kind(), verb.force));
+    let map = map.transpose()?;
     let [a, b] = [&verb.a, &verb.b].map(|path| Read::open(path, &verb.series, &verb.mesh));
     let (a, b) = (a?, b?);
     let settings = CompareSettings {
@@ -67,6 +74,9 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     fill(&mut table, verb, &found);
     if let Some(output) = output {
         output.write(&table.to_csv()?)?;
+    }
+    if let Some(output) = map {
+        write_map(output, &distance_map(a.subject(), b.subject(), &settings)?)?;
     }
     if as_json {
         say::data(&value(verb, &found, met).to_string());
@@ -85,6 +95,18 @@ fn judge(verb: &Diff, hausdorff: &Hausdorff, met: Option<bool>) -> Code {
         say::significant(tolerance, 4)
     ));
     Code::NotMet
+}
+
+/// Writes the map and says what its colours mean.
+fn write_map(output: Output, map: &DistanceMap) -> Result<()> {
+    let (colours, end) = map.colours();
+    let path = output.path().display().to_string();
+    output.write(&encode_ply(&map.mesh, Some(MeshColours::OfVertices(&colours)))?)?;
+    let end = say::significant(end, 3);
+    say::note(&format!(
+        "{path}: blue -{end} m (b is inside a), white 0, red +{end} m (b is outside a)"
+    ));
+    Ok(())
 }
 
 fn about_both(verb: &Diff, error: Error) -> Error {

@@ -13,7 +13,7 @@ use harmolux::sh::{Convention, Filter};
 use harmolux::study::{
     Fit as MeshFit, FitSettings, NotStar, PointFit, Projection, fit, fit_points,
 };
-use harmolux::surface::{Envelope, Mesh, UpAxis};
+use harmolux::surface::{Envelope, Mesh, RepairReport, UpAxis};
 use harmolux::{Error, Result};
 
 use super::arguments::{MeshHabits, UnitName, UpName, point};
@@ -34,7 +34,7 @@ use super::{fit_many, fit_report};
   harmolux fit scan.xyz -l 12 -o scan.txt --lambda 1e-6
   harmolux fit *.obj -l 16 -o fits")]
 pub(crate) struct Fit {
-    /// The meshes, closed and star-shaped about some point, or point files (.xyz, .csv)
+    /// The meshes (OBJ, PLY, STL, OFF or glTF), closed and star-shaped about some point, or point files (.xyz, .csv)
     #[arg(required = true, value_name = "MESH")]
     pub(crate) meshes: Vec<PathBuf>,
     /// The truncation degree lmax: (lmax + 1)^2 coefficients
@@ -52,7 +52,7 @@ pub(crate) struct Fit {
     /// Damp the Laplacian of a least-squares fit: Tikhonov's factor of l^2 (l+1)^2
     #[arg(long, default_value_t = 0.0)]
     pub(crate) lambda: f64,
-    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else the best centre]
+    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else one near the centroid]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub(crate) centre: Option<DVec3>,
     /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets it more than once
@@ -164,10 +164,18 @@ fn percentage(text: &str) -> Result<f64, String> {
     share.filter(|p| (0.0..=100.0).contains(p)).ok_or_else(|| "write a number from 0 to 100".into())
 }
 
-/// Reads a mesh and turns it to metres, z up.
+/// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
 pub(crate) fn read_mesh(path: &Path, habits: &MeshHabits) -> Result<Mesh> {
-    let mesh = meshes::read(path)?;
-    mesh.with_up(up(habits)).scaled(metres(habits))
+    Ok(read_and_repair(path, habits)?.0)
+}
+
+/// As [`read_mesh`], with what was repaired.
+pub(crate) fn read_and_repair(
+    path: &Path,
+    habits: &MeshHabits,
+) -> Result<(Mesh, Option<RepairReport>)> {
+    let mesh = meshes::read(path)?.with_up(up(habits)).scaled(metres(habits))?;
+    habits.repairs.apply(path, mesh)
 }
 
 /// Reads a point file and turns it to metres, z up.

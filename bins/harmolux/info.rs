@@ -19,7 +19,7 @@ use super::say;
 /// Say what a mesh or coefficient file holds
 #[derive(Debug, Args)]
 pub(crate) struct Info {
-    /// A mesh (OBJ) or coefficients (pyshtools text)
+    /// A mesh (OBJ, PLY, STL, OFF or glTF) or coefficients (pyshtools text)
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) habits: SeriesHabits,

@@ -8,6 +8,7 @@ use harmolux::io::coefficients::{self, Shape};
 use harmolux::io::output::Output;
 use harmolux::io::plots::{Axis, Curve, Figure};
 use harmolux::io::tables::{Cell, Table};
+use harmolux::sh;
 
 use super::arguments::SeriesHabits;
 use super::exit::Code;
@@ -44,14 +45,7 @@ pub(crate) struct Spectrum {
 /// A shape by its name.
 struct Named {
     name: String,
-    degrees: Vec<Degree>,
-}
-
-/// What one degree carries, metres.
-struct Degree {
-    power: f64,
-    /// The RMS of all degrees above.
-    remainder: f64,
+    spectrum: sh::Spectrum,
 }
 
 /// Where a result goes.
@@ -105,27 +99,17 @@ fn target(path: &Path, table: &Table, force: bool) -> Result<Target> {
 
 impl Named {
     fn of(path: &Path, shape: &Shape) -> Self {
-        let f = &shape.coefficients;
-        let power = |l: usize| f.degree_deviation(l).powi(2) / (2 * l + 1) as f64;
-        let mut degrees: Vec<Degree> =
-            (0..=f.lmax()).map(|l| Degree { power: power(l), remainder: 0.0 }).collect();
-        // From the top down, so that small remainders keep their digits.
-        let mut above = 0.0;
-        for degree in degrees.iter_mut().rev() {
-            degree.remainder = f64::sqrt(above);
-            above += degree.power;
-        }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Self { name, degrees }
+        Self { name, spectrum: sh::Spectrum::of(&shape.coefficients) }
     }
 
     fn fill(&self, table: &mut Table) {
-        for (l, degree) in self.degrees.iter().enumerate() {
+        for degree in self.spectrum.degrees() {
             table.push([
                 Cell::from(self.name.as_str()),
-                Cell::from(l),
+                Cell::from(degree.degree),
                 Cell::from(degree.power),
-                Cell::from(degree.power.sqrt()),
+                Cell::from(degree.amplitude),
                 Cell::from(degree.remainder),
             ]);
         }
@@ -144,8 +128,8 @@ fn tell_apart(shapes: &mut [Named], paths: &[PathBuf]) {
 
 fn figure(shapes: &[Named]) -> Figure {
     let curve = |shape: &Named| {
-        let points = shape.degrees.iter().enumerate().skip(1);
-        Curve::new(&shape.name, points.map(|(l, d)| [l as f64, d.power]).collect())
+        let points = shape.spectrum.degrees().iter().skip(1);
+        Curve::new(&shape.name, points.map(|d| [d.degree as f64, d.power]).collect())
     };
     let axes = [Axis::logarithmic("degree l"), Axis::logarithmic("power, m\u{b2}")];
     Figure::new("Power per degree", axes, shapes.iter().map(curve).collect())
@@ -158,10 +142,10 @@ fn report(shapes: &[Named]) {
     let header: Vec<&str> =
         std::iter::once("degree").chain(shapes.iter().map(|s| s.name.as_str())).collect();
     let mut table = say::table(&header);
-    let highest = shapes.iter().map(|s| s.degrees.len()).max().unwrap_or(0);
+    let highest = shapes.iter().map(|s| s.spectrum.degrees().len()).max().unwrap_or(0);
     for l in 0..highest {
         let power = |shape: &Named| {
-            shape.degrees.get(l).map_or(String::new(), |d| format!("{:.4e}", d.power))
+            shape.spectrum.degrees().get(l).map_or(String::new(), |d| format!("{:.4e}", d.power))
         };
         table.add_row(std::iter::once(l.to_string()).chain(shapes.iter().map(power)));
     }
@@ -172,12 +156,12 @@ fn report(shapes: &[Named]) {
 fn report_one(shape: &Named) {
     let mut table =
         say::table(&["degree", "power, m2", "amplitude, m", "remains above, m", "of the mean"]);
-    let mean = shape.degrees.first().map_or(f64::NAN, |d| d.power.sqrt());
-    for (l, degree) in shape.degrees.iter().enumerate() {
+    let mean = shape.spectrum.degrees().first().map_or(f64::NAN, |d| d.amplitude);
+    for degree in shape.spectrum.degrees() {
         table.add_row([
-            l.to_string(),
+            degree.degree.to_string(),
             format!("{:.4e}", degree.power),
-            say::significant(degree.power.sqrt(), 4),
+            say::significant(degree.amplitude, 4),
             say::significant(degree.remainder, 4),
             say::percent(degree.remainder / mean),
         ]);

@@ -25,7 +25,7 @@ use super::say;
   harmolux sweep head.obj -l 4,8,16,32,64 -o out
   harmolux sweep head.obj -l 2..16 -o out --json")]
 pub(crate) struct Sweep {
-    /// The mesh (OBJ)
+    /// The mesh (OBJ, PLY, STL, OFF or glTF)
     pub(crate) mesh: PathBuf,
     /// The degrees: 4,8,16 or 2..64
     #[arg(short = 'l', long = "degrees", value_name = "LIST", value_parser = degrees)]

@@ -1,6 +1,7 @@
 //! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees.
 
 mod batch;
+mod check;
 mod compare;
 mod fit;
 mod fit_points;
@@ -11,6 +12,7 @@ mod solids;
 mod sweep;
 
 pub use batch::batch;
+pub use check::{Check, CheckSettings, FaceFault, SOUND, StarCheck};
 pub use compare::{
     CompareSettings, Comparison, DistanceMap, Hausdorff, NormalAngles, RadialDifference, Subject,
     compare, distance_map,

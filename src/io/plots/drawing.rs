@@ -154,7 +154,7 @@ impl Figure {
         }
     }
 
-    /// Rounds logarithmic axes to 1, 2 or 5 times a power of ten: whole decades would leave half of a plot empty.
+    /// Ends logarithmic axes a little outside what they show: whole decades would leave half of a plot empty.
     fn with_ranges(&self, mut layout: Layout, shown: &[Curve]) -> Layout {
         for (k, axis) in self.axes.iter().enumerate() {
             if axis.scale == Scale::Linear {
@@ -163,7 +163,7 @@ impl Figure {
             let values = shown.iter().flat_map(|curve| extent(curve, k));
             let (low, high) =
                 values.fold((f64::MAX, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-            let [low, high] = [step_below(low), step_above(high)];
+            let [low, high] = around(low, high);
             layout = if k == 0 {
                 layout.with_log_x().with_x_axis_min(low).with_x_axis_max(high)
             } else {
@@ -290,6 +290,18 @@ fn failed(what: &dyn std::fmt::Display) -> Error {
 /// Keeps kuva from reading formulas between dollar signs.
 fn plain(text: &str) -> String {
     text.replace('$', "\\$")
+}
+
+/// Gives the ends of a logarithmic axis: room for a marker around what it shows, or, where that is so little that no tick might be in it, the steps
+/// around.
+fn around(low: f64, high: f64) -> [f64; 2] {
+    let ratio = high / low;
+    if ratio > 10.0 && ratio.is_finite() {
+        let room = ratio.powf(0.04);
+        [low / room, high * room]
+    } else {
+        [step_below(low), step_above(high)]
+    }
 }
 
 /// Gives the largest 1, 2 or 5 times a power of ten not above `value`, a positive number.

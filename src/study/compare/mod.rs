@@ -75,6 +75,24 @@ pub struct DistanceMap {
     pub distances: Vec<f64>,
 }
 
+impl DistanceMap {
+    /// Gives a colour for each vertex, from blue (negative) over white to red, and the distance at which they are full: the largest.
+    pub fn colours(&self) -> (Vec<[u8; 3]>, f64) {
+        let end = self.distances.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        let share = |d: &f64| if end > 0.0 { d / end } else { 0.0 };
+        (self.distances.iter().map(|d| diverging(share(d))).collect(), end)
+    }
+}
+
+/// Gives the colour of -1 to 1: blue, white, red, which all kinds of colour vision tell apart.
+fn diverging(share: f64) -> [u8; 3] {
+    const ENDS: [[f64; 3]; 2] = [[0.0, 114.0, 178.0], [178.0, 24.0, 43.0]];
+    let end = ENDS[usize::from(share > 0.0)];
+    // The root shows small differences too.
+    let strength = share.abs().min(1.0).sqrt();
+    end.map(|channel| (255.0 + strength * (channel - 255.0)).round() as u8)
+}
+
 /// Sets a comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompareSettings {

@@ -9,8 +9,10 @@ use super::Subject;
 use crate::Result;
 use crate::io::coefficients::Shape;
 use crate::math::Ray;
-use crate::sh::{Coefficients, Grid, synthesis};
-use crate::surface::{Mesh, MeshReport, MeshSurface, Surface, radial_error, star};
+use crate::sh::{Grid, difference, synthesis};
+use crate::surface::{
+    Mesh, MeshReport, MeshSurface, RadialMesh, Surface, fit_error, project_conforming, star,
+};
 
 /// Holds the difference of two radii over all directions, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,26 +61,15 @@ fn of_series(a: &Shape, b: &Shape) -> Result<Result<RadialDifference, String>> {
         return Ok(Err(format!("their centres are {apart:.3e} m apart")));
     }
     let lmax = fa.lmax().max(fb.lmax());
-    let difference = minus(fa, fb, lmax);
+    let apart = difference(fa, fb);
     let grid = Grid::gauss_legendre(OVERSAMPLING * (lmax + 1), 2 * OVERSAMPLING * (lmax + 1));
-    let largest = synthesis(&difference, &grid)?.into_iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+    let largest = synthesis(&apart, &grid)?.into_iter().fold(0.0, |m: f64, d| m.max(d.abs()));
     Ok(Ok(RadialDifference {
         centre: a.centre,
-        rms: (difference.energy() / (4.0 * PI)).sqrt(),
+        rms: (apart.energy() / (4.0 * PI)).sqrt(),
         max: largest,
         mean_radii: [fa.mean(), fb.mean()],
     }))
-}
-
-fn minus(a: &Coefficients, b: &Coefficients, lmax: usize) -> Coefficients {
-    let mut difference = Coefficients::zeros(lmax);
-    for l in 0..=lmax {
-        for m in 0..=l {
-            let ((aa, ab), (ba, bb)) = (a.get(l, m), b.get(l, m));
-            difference.set(l, m, aa - ba, ab - bb);
-        }
-    }
-    difference
 }
 
 /// By quadrature on the faces.
@@ -86,8 +77,8 @@ fn of_both(shape: &Shape, mesh: &Mesh) -> Result<Result<RadialDifference, String
     if let Err(reason) = usable(mesh, shape.centre) {
         return Ok(Err(reason));
     }
-    let error = radial_error(mesh, shape.centre, &shape.coefficients)?;
-    let mean = crate::surface::project_conforming(mesh, shape.centre, 0)?.mean();
+    let error = fit_error(&RadialMesh::star(mesh, shape.centre), &shape.coefficients)?;
+    let mean = project_conforming(mesh, shape.centre, 0)?.mean();
     Ok(Ok(RadialDifference {
         centre: shape.centre,
         rms: error.rms,

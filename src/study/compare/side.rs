@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::Subject;
 use crate::Result;
 use crate::math::{Randomness, Stream};
-use crate::sh::{Series, volume};
+use crate::sh::{Series, area, volume};
 use crate::surface::{
     ChordError, Mesh, MeshReport, MeshSurface, NearestPoint, Resolution, SampleArea, tessellate,
 };
@@ -37,6 +37,7 @@ impl Side {
                     chord_error: Some(made.chord_error),
                     series: Some((Series::new(f)?, shape.centre)),
                     volume: Some(volume(f)?),
+                    area: area(f)?.value,
                     ..Self::of_mesh(made.mesh)?
                 })
             }
