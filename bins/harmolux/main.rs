@@ -3,6 +3,7 @@
 mod arguments;
 mod check;
 mod convert;
+mod diff;
 mod exit;
 mod fit;
 mod fit_many;
@@ -11,12 +12,16 @@ mod illum;
 mod info;
 mod interrupt;
 mod mean;
+mod mesh;
+mod plot;
 mod progress;
 mod random;
 mod render;
 mod repairs;
 mod say;
 mod shape_file;
+mod spectrum;
+mod subject;
 mod sweep;
 mod transform;
 
@@ -40,6 +45,9 @@ fn main() -> ExitCode {
         Verb::Info(verb) => info::run(verb, arguments.json),
         Verb::Convert(verb) => convert::run(verb, arguments.json),
         Verb::Sweep(verb) => sweep::run(verb, arguments.json),
+        Verb::Spectrum(verb) => spectrum::run(verb, arguments.json),
+        Verb::Diff(verb) => diff::run(verb, arguments.json),
+        Verb::Mesh(verb) => mesh::run(verb, arguments.json),
         Verb::Transform(verb) => transform::run(verb, arguments.json),
         Verb::Mean(verb) => mean::run(verb, arguments.json),
         Verb::Random(verb) => random::run(verb, arguments.json),

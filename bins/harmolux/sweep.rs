@@ -6,18 +6,20 @@ use clap::Args;
 use harmolux::io::coefficients::Shape;
 use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
-use harmolux::study::{SweepRow, sweep};
+use harmolux::study::{SweepRow, sweep, sweep_figure};
 use harmolux::{Error, Result};
 
 use super::arguments::{Degrees, MeshHabits, degrees};
 use super::exit::Code;
 use super::fit::{about, read_mesh, source};
+use super::plot::PlotFormat;
 use super::say;
 use super::shape_file::{self, ShapeFile};
 
 /// Measure what each truncation degree costs and buys, beside the mesh itself
 ///
-/// For each degree: bytes, RMS and largest radial error, time to fit, time to trace a ray. Writes sweep.csv and the coefficients of each degree.
+/// For each degree: bytes, RMS and largest radial error, time to fit, time to trace a ray. Writes sweep.csv, the plot of error against bytes as
+/// sweep.svg and sweep.png, and the coefficients of each degree.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux sweep head.obj -l 4,8,16,32,64 -o out
@@ -58,6 +60,11 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
         let path = verb.output.join(format!("{stem}-{degree}.txt"));
         shape_file::open(&path, verb.force)
     };
+    let plot = |(name, format): (&str, PlotFormat)| {
+        Ok((format, Output::open(&verb.output.join(name), &format.kind(), verb.force)?))
+    };
+    let plots = [("sweep.svg", PlotFormat::Svg), ("sweep.png", PlotFormat::Png)];
+    let plots: Vec<(PlotFormat, Output)> = plots.into_iter().map(plot).collect::<Result<_>>()?;
     let files: Vec<ShapeFile> = verb.degrees.0.iter().map(file).collect::<Result<_>>()?;
     let mesh = read_mesh(&verb.mesh, &verb.habits)?;
     let lines = verb.degrees.0.len() + 1;
@@ -67,6 +74,10 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
         fill(&mut table, row);
     }
     csv.write(&table.to_csv()?)?;
+    let figure = sweep_figure(&rows);
+    for (format, output) in plots {
+        format.write(&figure, output)?;
+    }
     let source = source(&verb.mesh)?;
     for (row, file) in rows.iter().zip(files) {
         let Some(fit) = &row.fit else { continue };

@@ -46,6 +46,8 @@ enum Mark {
 impl Kind {
     /// A PNG image.
     pub const PNG: Self = Self::new("a PNG image", &["png"], b"\x89PNG\r\n\x1a\n");
+    /// An SVG drawing.
+    pub const SVG: Self = Self::new("an SVG drawing", &["svg"], b"<svg");
     /// An `OpenEXR` image.
     pub const EXR: Self = Self::new("an EXR image", &["exr"], &[0x76, 0x2f, 0x31, 0x01]);
     /// A coefficient text in the layout of pyshtools.
