@@ -6,7 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use harmolux::Error;
-use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
+use harmolux::io::coefficients::{ReadOptions, SeriesFormat, Tolerance};
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
 use super::repairs::Repairs;
@@ -168,6 +168,21 @@ impl SeriesReading {
 pub(crate) fn formats() -> impl TypedValueParser<Value = SeriesFormat> {
     let names = SeriesFormat::ALL.map(SeriesFormat::name);
     PossibleValuesParser::new(names).try_map(|name| name.parse::<SeriesFormat>())
+}
+
+/// Reads a value of the command line: a part of the mean radius, or a length with its unit.
+pub(crate) fn tolerance(text: &str) -> Result<Tolerance, String> {
+    let wrong =
+        || "write a part of the mean radius, such as 1e-3, or a length, such as 0.05mm".to_owned();
+    let positive = |number: &str| {
+        let number: Option<f64> = number.trim().parse().ok();
+        number.filter(|x| x.is_finite() && *x > 0.0).ok_or_else(wrong)
+    };
+    let units = [("mm", 1e-3), ("um", 1e-6), ("cm", 0.01), ("m", 1.0)];
+    match units.iter().find_map(|(name, metres)| Some((text.strip_suffix(name)?, metres))) {
+        Some((number, metres)) => Ok(Tolerance::Metres(positive(number)? * metres)),
+        None => Ok(Tolerance::OfMeanRadius(positive(text)?)),
+    }
 }
 
 /// A list of truncation degrees, ascending.

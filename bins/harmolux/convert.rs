@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use harmolux::error::InputError;
-use harmolux::io::coefficients::{self, SeriesFormat, Shape};
+use harmolux::io::coefficients::{self, SeriesFormat, Shape, Tolerance, WriteOptions};
 use harmolux::io::output::Output;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 use harmolux::{Error, Result};
 use serde_json::json;
 
-use super::arguments::{SeriesReading, formats};
+use super::arguments::{SeriesReading, formats, tolerance};
 use super::exit::Code;
 use super::info::point;
 use super::say;
@@ -23,6 +23,7 @@ use super::say;
 #[command(after_help = "Examples:
   harmolux convert head.txt head.bshc                    for pyshtools: 4pi, csphase 1
   harmolux convert head.txt alm.npy --to alm             for healpy and ducc0
+  harmolux convert head.txt head.hxc --tolerance 1e-3    compact, to a thousandth of the mean radius
   harmolux convert skull.coef skull.txt --unit mm        a radial set of SPHARM-PDM
   harmolux convert cells.csv c.txt --row 7 --unit um     one cell of aics-shparam
   harmolux convert topo.bshc topo.txt --normalisation ortho --csphase -1")]
@@ -45,6 +46,9 @@ pub(crate) struct Convert {
     /// Cut the series at this degree
     #[arg(short = 'l', long = "degree", value_name = "LMAX")]
     pub(crate) degree: Option<usize>,
+    /// How far the compact form (.hxc) may be from the shape, RMS: a part of the mean radius, or a length such as 0.05mm [default: 1e-3]
+    #[arg(long, value_name = "TOLERANCE", value_parser = tolerance)]
+    pub(crate) tolerance: Option<Tolerance>,
     /// Replace a file that another program wrote, or that cannot say who wrote it
     #[arg(long)]
     pub(crate) force: bool,
@@ -57,7 +61,9 @@ pub(crate) fn run(verb: &Convert, as_json: bool) -> Result<Code> {
     let output = Output::open(&verb.output, &format.kind(), verb.force)?;
     let read = read(verb)?;
     let shape = changed(&read.shape, verb);
-    let bytes = coefficients::encode(&shape, format, convention)?;
+    let tolerance = verb.tolerance.unwrap_or(WriteOptions::default().tolerance);
+    let options = WriteOptions { convention, tolerance };
+    let bytes = coefficients::encode(&shape, format, &options)?;
     output.write(&bytes)?;
     let lost = lost(&shape, format);
     report(verb, &lost, format, convention);

@@ -50,7 +50,7 @@ pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
     let mean = Shape { centre: centre(&shapes, &weights), ..Shape::new(weighted_mean(&members)?) };
     let distances: Vec<f64> =
         members.iter().map(|(f, _)| distance(f, &mean.coefficients)).collect();
-    shape_file::write(output, &mean)?;
+    output.write(&mean)?;
     let radius = mean.coefficients.mean();
     let only: Vec<&Coefficients> = members.iter().map(|(f, _)| *f).collect();
     let scatter =

@@ -137,7 +137,7 @@ pub(crate) fn run(verb: &Transform, as_json: bool) -> Result<Code> {
         to_origin: verb.to_origin,
     };
     let done = reshape(&shape, &steps).map_err(|e| about(&verb.shape, e))?;
-    shape_file::write(output, &done.shape)?;
+    output.write(&done.shape)?;
     if as_json {
         say::data(&value(verb, &done).to_string());
     } else {

@@ -68,6 +68,15 @@ impl Kind {
         Self { name, extensions, start: Cow::Borrowed(&[]), mark: Mark::Nothing }
     }
 
+    /// Describes files that begin with bytes no other program writes.
+    pub const fn signed(
+        name: &'static str,
+        extensions: &'static [&'static str],
+        start: &'static [u8],
+    ) -> Self {
+        Self { name, extensions, start: Cow::Borrowed(start), mark: Mark::Start }
+    }
+
     /// Describes CSV tables whose header row is the given line, its end included.
     pub fn csv(header: Vec<u8>) -> Self {
         Self {

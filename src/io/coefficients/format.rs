@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
+use super::{binary, compact};
 use crate::io::output::Kind;
 use crate::sh::{CondonShortley, Convention, Normalisation};
 use crate::{Error, Result};
@@ -108,6 +109,8 @@ impl SeriesFormat {
             Self::Dov => Kind::new(self.noun(), self.extensions(), b"# harmolux "),
             Self::Aics => Kind::new(self.noun(), self.extensions(), b"harmolux "),
             Self::Shadr => Kind::new(self.noun(), self.extensions(), b" "),
+            Self::Binary => Kind::signed(self.noun(), self.extensions(), &binary::MAGIC),
+            Self::Compact => Kind::signed(self.noun(), self.extensions(), &compact::MAGIC),
             _ => Kind::unmarked(self.noun(), self.extensions()),
         }
     }
@@ -137,6 +140,11 @@ impl SeriesFormat {
     /// Tells whether a file of this format has room for the source of the shape and the degree it was cut from.
     pub const fn keeps_source(self) -> bool {
         matches!(self, Self::Text | Self::Dov | Self::Binary | Self::Compact)
+    }
+
+    /// Tells whether numbers are rounded to a tolerance.
+    pub const fn is_lossy(self) -> bool {
+        matches!(self, Self::Compact)
     }
 
     /// Tells whether a reader knows the convention of a file without being told.

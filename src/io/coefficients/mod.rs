@@ -10,13 +10,16 @@ mod shape;
 
 pub mod aics_csv;
 pub mod alm_npy;
+pub mod binary;
 pub mod bshc;
 pub mod cilm_npy;
+pub mod compact;
 pub mod dov;
 pub mod shadr;
 pub mod shtools_text;
 pub mod spharm_pdm;
 
+pub use compact::Tolerance;
 pub use format::SeriesFormat;
 pub use recognise::recognise;
 pub use shape::{Shape, Source, SourceHash};
@@ -88,7 +91,8 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
         SeriesFormat::SpharmPdm => spharm_pdm::parse(path, bytes, options),
         SeriesFormat::Aics => aics_csv::parse(path, bytes, options),
         SeriesFormat::Shadr => shadr::parse(path, bytes, options),
-        SeriesFormat::Binary | SeriesFormat::Compact => Err(not_yet(format, "read")),
+        SeriesFormat::Binary => binary::parse(path, bytes),
+        SeriesFormat::Compact => compact::parse(path, bytes),
     }?;
     in_metres(path, shape, options.unit)
 }
@@ -124,13 +128,29 @@ fn in_metres(path: &Path, shape: Shape, unit: Option<f64>) -> Result<Shape> {
     Ok(Shape { coefficients, centre: metres * shape.centre, ..shape })
 }
 
-/// Writes a shape in a format. `convention` is for formats that leave it open; those with one by definition
-/// ([`SeriesFormat::convention`]) have theirs.
+/// Says what a format leaves open to the writer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WriteOptions {
+    /// The convention, where the format has none by definition ([`SeriesFormat::convention`]).
+    pub convention: Convention,
+    /// How far the radius may be changed by the compact form.
+    pub tolerance: Tolerance,
+}
+
+impl Default for WriteOptions {
+    /// The convention of pyshtools; a thousandth of the mean radius.
+    fn default() -> Self {
+        Self { convention: Convention::default(), tolerance: Tolerance::OfMeanRadius(1e-3) }
+    }
+}
+
+/// Writes a shape in a format.
 ///
 /// # Errors
 /// [`Error::Numeric`] when the degree is too high for unnormalised coefficients; [`Error::Parameter`] for a convention that the format
-/// cannot say.
-pub fn encode(shape: &Shape, format: SeriesFormat, convention: Convention) -> Result<Vec<u8>> {
+/// cannot say, or a tolerance that it cannot hold.
+pub fn encode(shape: &Shape, format: SeriesFormat, options: &WriteOptions) -> Result<Vec<u8>> {
+    let convention = options.convention;
     match format {
         SeriesFormat::Text => shtools_text::write(shape, convention),
         SeriesFormat::Dov => dov::write(shape, convention),
@@ -140,12 +160,9 @@ pub fn encode(shape: &Shape, format: SeriesFormat, convention: Convention) -> Re
         SeriesFormat::SpharmPdm => Ok(spharm_pdm::write(shape)),
         SeriesFormat::Aics => aics_csv::write(shape),
         SeriesFormat::Shadr => shadr::write(shape, convention),
-        SeriesFormat::Binary | SeriesFormat::Compact => Err(not_yet(format, "written")),
+        SeriesFormat::Binary => binary::encode(shape),
+        SeriesFormat::Compact => Ok(compact::encode(shape, options.tolerance)?.bytes),
     }
-}
-
-fn not_yet(format: SeriesFormat, done: &str) -> Error {
-    Error::Parameter(format!("{} cannot be {done} yet", format.noun()))
 }
 
 #[cfg(test)]

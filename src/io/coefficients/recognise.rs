@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{SeriesFormat, aics_csv, bshc, dov, npy, shadr, spharm_pdm};
+use super::{SeriesFormat, aics_csv, binary, bshc, compact, dov, npy, shadr, spharm_pdm};
 
 /// How much of a text is looked at, bytes.
 const HEAD: usize = 4096;
@@ -12,6 +12,12 @@ const HEAD: usize = 4096;
 pub fn recognise(path: &Path, bytes: &[u8]) -> Option<SeriesFormat> {
     if bytes.starts_with(npy::MAGIC) {
         return Some(array(path, bytes));
+    }
+    if bytes.starts_with(&binary::MAGIC) {
+        return Some(SeriesFormat::Binary);
+    }
+    if bytes.starts_with(&compact::MAGIC) {
+        return Some(SeriesFormat::Compact);
     }
     if bshc::is_bshc(bytes) {
         return Some(SeriesFormat::Bshc);
@@ -62,17 +68,16 @@ fn is_text(head: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::coefficients::{Shape, encode};
-    use crate::sh::{Coefficients, Convention};
+    use crate::io::coefficients::{Shape, WriteOptions, encode};
+    use crate::sh::Coefficients;
 
     #[test]
     fn every_format_is_told_by_its_content() {
         let mut c = Coefficients::zeros(3);
         c.set(0, 0, 1.0, 0.0);
         for format in SeriesFormat::ALL {
-            let Ok(bytes) = encode(&Shape::new(c.clone()), format, Convention::default()) else {
-                continue;
-            };
+            let bytes = encode(&Shape::new(c.clone()), format, &WriteOptions::default())
+                .expect("fits every format");
             assert_eq!(recognise(Path::new("a"), &bytes), Some(format), "{format}");
         }
     }
