@@ -10,7 +10,7 @@ use harmolux::io::coefficients::compact::{self, Tolerance};
 use harmolux::io::coefficients::{Shape, binary, shtools_text};
 use harmolux::io::meshes;
 use harmolux::sh::{Coefficients, Convention};
-use harmolux::study::{FitSettings, Projection, fit, mesh_bytes, series_bytes};
+use harmolux::study::{FitSettings, fit, mesh_bytes, series_bytes};
 
 const DEGREES: [usize; 6] = [4, 8, 16, 32, 64, 128];
 const SHARES: [f64; 3] = [5.0, 10.0, 50.0];
@@ -18,7 +18,7 @@ const SHARES: [f64; 3] = [5.0, 10.0, 50.0];
 fn main() -> Result<()> {
     let path = std::env::args_os().nth(1).unwrap_or_else(|| "data/head.obj".into());
     let mesh = meshes::read(Path::new(&path))?;
-    let settings = FitSettings { lmax: 128, projection: Projection::Conforming, centre: None };
+    let settings = FitSettings::of_degree(128);
     let fit = fit(&mesh, &settings)?;
     println!(
         "the mesh, f32 and u32: {} B; all coefficients about {}",

@@ -6,14 +6,14 @@ use harmolux::io::coefficients::compact::{self, Tolerance};
 use harmolux::io::coefficients::{Shape, Source};
 use harmolux::io::meshes;
 use harmolux::sh::Coefficients;
-use harmolux::study::{Fit, FitSettings, Projection, fit, mesh_bytes};
+use harmolux::study::{Fit, FitSettings, fit, mesh_bytes};
 
 const LMAX: usize = 32;
 
 fn head() -> (Fit, Source) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj");
     let mesh = meshes::read(&path).expect("the head can be read");
-    let settings = FitSettings { lmax: LMAX, projection: Projection::Conforming, centre: None };
+    let settings = FitSettings::of_degree(LMAX);
     let source = Source::new(&path, &std::fs::read(&path).expect("the head can be read"));
     (fit(&mesh, &settings).expect("the head can be fitted"), source)
 }
