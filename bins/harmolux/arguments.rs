@@ -2,13 +2,15 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use harmolux::Error;
+use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
 use super::repairs::Repairs;
-use super::{check, fit, illum, info, mean, random, render, sweep, transform};
+use super::{check, convert, fit, illum, info, mean, random, render, sweep, transform};
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
 #[derive(Debug, Parser)]
@@ -31,6 +33,7 @@ Examples:
   harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
+  harmolux convert head.txt head.bshc                    coefficients in another format
   harmolux sweep data/head.obj -l 4,8,16,32,64 -o out    what each degree costs and buys
 
 Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement or target error not met, 130 interrupted (after saving).";
@@ -42,6 +45,7 @@ pub(crate) enum Verb {
     Check(check::Check),
     Fit(fit::Fit),
     Info(info::Info),
+    Convert(convert::Convert),
     Sweep(sweep::Sweep),
     Transform(Box<transform::Transform>),
     Mean(mean::Mean),
@@ -82,11 +86,27 @@ pub(crate) struct MeshHabits {
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 pub(crate) enum UnitName {
+    Km,
     #[default]
     M,
     Cm,
     Mm,
+    Um,
     In,
+}
+
+impl UnitName {
+    /// Gives the length of the unit, metres.
+    pub(crate) const fn metres(self) -> f64 {
+        match self {
+            Self::Km => 1000.0,
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Mm => 0.001,
+            Self::Um => 1e-6,
+            Self::In => 0.0254,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
@@ -114,6 +134,40 @@ impl SeriesHabits {
         let phase = self.csphase.unwrap_or_default();
         self.normalisation.map(|normalisation| Convention { normalisation, phase })
     }
+}
+
+/// How a coefficient file is to be read
+#[derive(Debug, Args)]
+pub(crate) struct SeriesReading {
+    /// The format of the coefficient file [default: told by its content]
+    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    pub(crate) from: Option<SeriesFormat>,
+    #[command(flatten)]
+    pub(crate) habits: SeriesHabits,
+    /// The unit of a coefficient file that does not state it [default: m]
+    #[arg(long, value_enum)]
+    pub(crate) unit: Option<UnitName>,
+    /// The row of a table that holds several shapes, counted from 1
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) row: Option<u32>,
+}
+
+impl SeriesReading {
+    /// Gives what is said of the file.
+    pub(crate) fn options(&self) -> ReadOptions {
+        ReadOptions {
+            format: self.from,
+            convention: self.habits.convention(),
+            unit: self.unit.map(UnitName::metres),
+            row: self.row.map(|row| row as usize),
+        }
+    }
+}
+
+/// Reads the name of a format of coefficients.
+pub(crate) fn formats() -> impl TypedValueParser<Value = SeriesFormat> {
+    let names = SeriesFormat::ALL.map(SeriesFormat::name);
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<SeriesFormat>())
 }
 
 /// A list of truncation degrees, ascending.

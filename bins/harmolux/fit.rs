@@ -16,7 +16,7 @@ use harmolux::study::{
 use harmolux::surface::{Envelope, Mesh, RepairReport, UpAxis};
 use harmolux::{Error, Result};
 
-use super::arguments::{MeshHabits, UnitName, UpName, point};
+use super::arguments::{MeshHabits, UpName, point};
 use super::exit::Code;
 use super::{fit_many, fit_report};
 
@@ -174,14 +174,14 @@ pub(crate) fn read_and_repair(
     path: &Path,
     habits: &MeshHabits,
 ) -> Result<(Mesh, Option<RepairReport>)> {
-    let mesh = meshes::read(path)?.with_up(up(habits)).scaled(metres(habits))?;
+    let mesh = meshes::read(path)?.with_up(up(habits)).scaled(habits.unit.metres())?;
     habits.repairs.apply(path, mesh)
 }
 
 /// Reads a point file and turns it to metres, z up.
 fn read_points(path: &Path, habits: &MeshHabits) -> Result<Points> {
     let mut cloud = points::read(path)?;
-    cloud.positions.iter_mut().for_each(|p| *p = metres(habits) * up(habits).to_z(*p));
+    cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * up(habits).to_z(*p));
     Ok(cloud)
 }
 
@@ -190,15 +190,6 @@ fn up(habits: &MeshHabits) -> UpAxis {
         UpName::X => UpAxis::X,
         UpName::Y => UpAxis::Y,
         UpName::Z => UpAxis::Z,
-    }
-}
-
-fn metres(habits: &MeshHabits) -> f64 {
-    match habits.unit {
-        UnitName::M => 1.0,
-        UnitName::Cm => 0.01,
-        UnitName::Mm => 0.001,
-        UnitName::In => 0.0254,
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod check;
+mod convert;
 mod exit;
 mod fit;
 mod fit_many;
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
         Verb::Check(verb) => check::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),
+        Verb::Convert(verb) => convert::run(verb, arguments.json),
         Verb::Sweep(verb) => sweep::run(verb, arguments.json),
         Verb::Transform(verb) => transform::run(verb, arguments.json),
         Verb::Mean(verb) => mean::run(verb, arguments.json),
