@@ -10,14 +10,14 @@ const HEAD: usize = 4096;
 /// Tells the format of a coefficient file from its content and, for a text or for bytes without a sign of their own, its extension;
 /// `None` when neither is that of a coefficient file.
 pub fn recognise(path: &Path, bytes: &[u8]) -> Option<SeriesFormat> {
-    if bytes.starts_with(npy::MAGIC) {
-        return Some(array(path, bytes));
-    }
     if bytes.starts_with(&binary::MAGIC) {
         return Some(SeriesFormat::Binary);
     }
     if bytes.starts_with(&compact::MAGIC) {
         return Some(SeriesFormat::Compact);
+    }
+    if bytes.starts_with(npy::MAGIC) {
+        return Some(array(path, bytes));
     }
     if bshc::is_bshc(bytes) {
         return Some(SeriesFormat::Bshc);
