@@ -8,7 +8,8 @@ use glam::DVec3;
 use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
-use super::{convert, fit, illum, info, render, sweep};
+use super::repairs::Repairs;
+use super::{check, convert, fit, illum, info, render, sweep};
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
 #[derive(Debug, Parser)]
@@ -28,17 +29,19 @@ const EXAMPLES: &str = "\
 Examples:
   harmolux render data/scenes/head_room.toml             a picture: head_room.png and head_room.exr
   harmolux illum data/scenes/head_room.toml              lux at the scene's sensors, each with its interval
+  harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
   harmolux convert head.txt head.bshc                    coefficients in another format
   harmolux sweep data/head.obj -l 4,8,16,32,64 -o out    what each degree costs and buys
 
-Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 target error not met, 130 interrupted (after saving).";
+Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement or target error not met, 130 interrupted (after saving).";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
     Render(render::Render),
     Illum(illum::Illum),
+    Check(check::Check),
     Fit(fit::Fit),
     Info(info::Info),
     Convert(convert::Convert),
@@ -73,6 +76,8 @@ pub(crate) struct MeshHabits {
     /// The axis of the mesh file that points up
     #[arg(long, value_enum, default_value_t)]
     pub(crate) up: UpName,
+    #[command(flatten)]
+    pub(crate) repairs: Repairs,
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]

@@ -10,7 +10,7 @@ use harmolux::io::meshes;
 use harmolux::io::output::{Kind, Output};
 use harmolux::sh::Convention;
 use harmolux::study::{FitSettings, Projection, fit, mesh_bytes, series_bytes};
-use harmolux::surface::{Mesh, UpAxis};
+use harmolux::surface::{Mesh, RepairReport, UpAxis};
 use harmolux::{Error, Result};
 use serde_json::json;
 
@@ -149,15 +149,23 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
     Ok(Code::Done)
 }
 
-/// Reads a mesh and turns it to metres, z up.
+/// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
 pub(crate) fn read_mesh(path: &Path, habits: &MeshHabits) -> Result<Mesh> {
+    Ok(read_and_repair(path, habits)?.0)
+}
+
+/// As [`read_mesh`], with what was repaired.
+pub(crate) fn read_and_repair(
+    path: &Path,
+    habits: &MeshHabits,
+) -> Result<(Mesh, Option<RepairReport>)> {
     let mesh = meshes::read(path)?;
     let up = match habits.up {
         UpName::X => UpAxis::X,
         UpName::Y => UpAxis::Y,
         UpName::Z => UpAxis::Z,
     };
-    mesh.with_up(up).scaled(habits.unit.metres())
+    habits.repairs.apply(path, mesh.with_up(up).scaled(habits.unit.metres())?)
 }
 
 /// Names a file by its name and content.

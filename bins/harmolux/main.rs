@@ -1,6 +1,7 @@
 //! The tool `harmolux`: parses the command line, calls the library, prints. Data goes to stdout, talk to stderr.
 
 mod arguments;
+mod check;
 mod convert;
 mod exit;
 mod fit;
@@ -9,6 +10,7 @@ mod info;
 mod interrupt;
 mod progress;
 mod render;
+mod repairs;
 mod say;
 mod sweep;
 
@@ -27,6 +29,7 @@ fn main() -> ExitCode {
     let done = match &arguments.verb {
         Verb::Render(verb) => render::run(verb, arguments.json),
         Verb::Illum(verb) => illum::run(verb, arguments.json),
+        Verb::Check(verb) => check::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),
         Verb::Convert(verb) => convert::run(verb, arguments.json),

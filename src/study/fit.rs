@@ -74,7 +74,8 @@ pub const fn series_bytes(lmax: usize) -> usize {
     4 * (lmax + 1) * (lmax + 1)
 }
 
-/// Fits a mesh about the given centre; without one about its own origin if it is star-shaped about that, else about the best centre.
+/// Fits a mesh about the given centre; without one about its own origin if it is star-shaped about that, else about the
+/// centre that [`star::preferred_centre`] proposes.
 ///
 /// # Errors
 /// [`crate::Error::Geometry`] when the mesh is not closed and oriented or not star-shaped about the centre; [`crate::Error::Parameter`] for a degree
@@ -108,9 +109,9 @@ fn choose_centre(mesh: &Mesh, wanted: Option<DVec3>) -> Result<DVec3> {
     if star::test(mesh, DVec3::ZERO)?.is_star_shaped() {
         return Ok(DVec3::ZERO);
     }
-    let (best, clearance) = star::best_centre(mesh)?;
+    let (centre, clearance) = star::preferred_centre(mesh)?;
     // Without any valid centre the message about the origin is the more useful one.
-    Ok(if clearance > 0.0 { best } else { DVec3::ZERO })
+    Ok(if clearance > 0.0 { centre } else { DVec3::ZERO })
 }
 
 #[cfg(test)]

@@ -211,6 +211,20 @@ pub(crate) mod shapes {
         prism(&outline, &cap)
     }
 
+    /// Approximates a torus of radii 2 and 1 by `n` times `m` quadrilaterals, each cut in two.
+    pub(crate) fn torus(n: u32, m: u32) -> Mesh {
+        let angle = |i: u32, of: u32| std::f64::consts::TAU * f64::from(i) / f64::from(of);
+        let point = |i: u32| {
+            let (u, v) = (angle(i / m, n), angle(i % m, m));
+            DVec3::new((2.0 + v.cos()) * u.cos(), (2.0 + v.cos()) * u.sin(), v.sin())
+        };
+        let triangles = (0..n * m).flat_map(|i| {
+            let at = |du: u32, dv: u32| (i / m + du) % n * m + (i % m + dv) % m;
+            [[at(0, 0), at(1, 0), at(1, 1)], [at(0, 0), at(1, 1), at(0, 1)]]
+        });
+        Mesh::new((0..n * m).map(point).collect(), triangles.collect()).expect("indices in range")
+    }
+
     /// Approximates the unit sphere: an octahedron whose faces are split in four `levels` times.
     pub(crate) fn sphere(levels: u32) -> Mesh {
         let mut positions =

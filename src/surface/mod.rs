@@ -4,11 +4,15 @@ mod bvh;
 mod certified;
 mod instance;
 mod mesh;
+mod mesh_boundary;
 mod mesh_check;
+mod mesh_edges;
+mod mesh_repair;
 mod mesh_surface;
 pub mod primitives;
 mod projection;
 mod radial;
+mod self_intersections;
 mod sh_surface;
 mod shell;
 pub mod star;
@@ -17,10 +21,14 @@ mod step_bisection;
 pub use bvh::Bvh;
 pub use instance::Instance;
 pub use mesh::{Mesh, UpAxis};
-pub use mesh_check::{BadEdge, EdgeFault, MeshReport};
+pub use mesh_boundary::BoundaryLoop;
+pub use mesh_check::MeshReport;
+pub use mesh_edges::{BadEdge, EdgeFault, edge_faults};
+pub use mesh_repair::{RepairReport, RepairSettings, repair};
 pub use mesh_surface::MeshSurface;
 pub use projection::{RadialError, project_conforming, project_grid, radial_error};
 pub use radial::{Chord, Gap, RadialBody};
+pub use self_intersections::{Crossing, SelfIntersections};
 pub use sh_surface::{Intersector, ShSurface};
 pub use step_bisection::StepBisection;
 
@@ -110,3 +118,7 @@ pub struct AreaPoint {
     /// The density, 1/m2, with which this point was picked.
     pub density: f64,
 }
+
+/// Shapes for the tests of other rooms.
+#[cfg(test)]
+pub(crate) use mesh::shapes as mesh_shapes;
