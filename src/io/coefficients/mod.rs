@@ -18,7 +18,7 @@ pub mod shtools_text;
 pub mod spharm_pdm;
 
 pub use format::SeriesFormat;
-pub use recognise::recognise;
+pub use recognise::{recognise, recognise_content};
 pub use shape::{Shape, Source, SourceHash};
 
 use std::path::Path;
