@@ -10,10 +10,10 @@ use glam::DVec3;
 use harmolux::io::meshes;
 use harmolux::math::Ray;
 use harmolux::math::sampling::uniform_sphere;
-use harmolux::sh::{Coefficients, volume};
+use harmolux::sh::{Coefficients, scattered_fit, volume};
 use harmolux::surface::{
-    Intersector, Mesh, MeshSurface, ShSurface, StepBisection, Surface, project_conforming,
-    project_grid, radial_error,
+    Intersector, Mesh, MeshSurface, RadialMesh, RadialSamples, ShSurface, StepBisection, Surface,
+    fit_error, project_conforming, project_grid,
 };
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -35,7 +35,9 @@ fn fit_has_the_published_errors_and_volume() {
     let finest = project_conforming(&mesh, DVec3::ZERO, 128).expect("fits");
     let mean = finest.mean();
     assert_eq!(format!("{mean:.7}"), "0.0939276");
-    let error = |f: &Coefficients| radial_error(&mesh, DVec3::ZERO, f).expect("valid degree");
+    let error = |f: &Coefficients| {
+        fit_error(&RadialMesh::star(&mesh, DVec3::ZERO), f).expect("valid degree")
+    };
     // The square of the radius, for Parseval: the error of degree 0 with a zero series.
     let whole = error(&Coefficients::zeros(128)).rms;
     for (lmax, rms, max) in
@@ -85,6 +87,24 @@ fn grid_projection_agrees_with_the_conforming_one() {
     // A mesh is not band-limited: what is beyond the grid's degree aliases, less so on a finer grid.
     let (coarse, fine) = (difference(1), difference(4));
     assert!(coarse <= 1e-2 && fine <= 2e-4 && fine <= 0.05 * coarse, "{coarse:e} {fine:e}");
+}
+
+#[test]
+fn least_squares_over_the_vertices_agree_with_the_conforming_projection() {
+    let mesh = head();
+    let lmax = 24;
+    let radius = RadialMesh::star(&mesh, DVec3::ZERO);
+    let exact = project_conforming(&mesh, DVec3::ZERO, lmax).expect("fits");
+    let RadialSamples { directions, radii, weights } = radius.vertex_samples();
+    let fit = scattered_fit(&directions, &radii, &weights, lmax, 0.0).expect("determined");
+    let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+    let (a, b) = (minus(fit.cosines(), exact.cosines()), minus(fit.sines(), exact.sines()));
+    let difference = Coefficients::from_parts(lmax, a, b).expect("finite");
+    let rms = (difference.energy() / (4.0 * PI)).sqrt();
+    // The stated error: what truncation leaves scatters over the vertices, and of each vertex the share coefficients / vertices comes back.
+    let truncation = fit_error(&radius, &exact).expect("valid degree").rms;
+    let stated = truncation * (exact.count() as f64 / directions.len() as f64).sqrt();
+    assert!(rms <= 1.5 * stated, "{:e} of {stated:e}", rms);
 }
 
 /// Random chords of a ball.

@@ -1,169 +1,201 @@
-//! `harmolux fit`: a mesh becomes coefficients.
+//! `harmolux fit`: meshes and point clouds become coefficients.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use harmolux::io::coefficients::{Shape, Source, shtools_text};
+use harmolux::io::coefficients::{Shape, Source, Tolerance};
 use harmolux::io::meshes;
-use harmolux::io::output::{Kind, Output};
-use harmolux::sh::Convention;
-use harmolux::study::{FitSettings, Projection, fit, mesh_bytes, series_bytes};
-use harmolux::surface::{Mesh, UpAxis};
+use harmolux::io::points::{self, Points};
+use harmolux::sh::Filter;
+use harmolux::study::{
+    Fit as MeshFit, FitSettings, NotStar, PointFit, Projection, fit, fit_points,
+};
+use harmolux::surface::{Envelope, Mesh, RepairReport, UpAxis};
 use harmolux::{Error, Result};
-use serde_json::json;
 
-use super::arguments::{MeshHabits, UnitName, UpName, point};
+use super::arguments::{MeshHabits, UpName, point, tolerance};
 use super::exit::Code;
-use super::{progress, say};
+use super::shape_file::{self, ShapeFile};
+use super::{fit_many, fit_report};
 
-/// Turn a star-shaped mesh into spherical-harmonic coefficients
+/// Turn star-shaped meshes into spherical-harmonic coefficients
 ///
-/// The file is text as pyshtools reads it (4pi normalisation, no Condon-Shortley phase), metres, z up.
+/// The extension chooses the format: .txt is text as pyshtools reads it (4pi normalisation, no Condon-Shortley phase), .hxc the compact form, see `convert`;
+/// metres, z up. Several meshes are fitted into a folder, with one
+/// table of all, fits.csv. Points (.xyz, .csv: x y z and perhaps a weight a line) are fitted by least squares, about the origin if it lies within their
+/// bounds, else about their mean.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux fit head.obj -l 32 -o head.txt
   harmolux fit bone.obj -l 64 -o bone.txt --unit mm --up y
-  harmolux fit rock.obj -l 16 -o rock.txt --centre 0.1,0,0.2")]
+  harmolux fit rock.obj -l 16 -o rock.txt --centre 0.1,0,0.2
+  harmolux fit ears.obj -l 32 -o ears.txt --not-star outermost
+  harmolux fit scan.xyz -l 12 -o scan.txt --lambda 1e-6
+  harmolux fit *.obj -l 16 -o fits")]
 pub(crate) struct Fit {
-    /// The mesh (OBJ): closed, and star-shaped about some point
-    pub(crate) mesh: PathBuf,
+    /// The meshes (OBJ, PLY, STL, OFF or glTF), closed and star-shaped about some point, or point files (.xyz, .csv)
+    #[arg(required = true, value_name = "MESH")]
+    pub(crate) meshes: Vec<PathBuf>,
     /// The truncation degree lmax: (lmax + 1)^2 coefficients
     #[arg(short = 'l', long = "degree", value_name = "LMAX", value_parser = clap::value_parser!(u32).range(0..=1400))]
     pub(crate) degree: u32,
-    /// Where to write the coefficients
-    #[arg(short, long, value_name = "FILE.txt")]
+    /// Where to write the coefficients; of several meshes a folder, made when it is not there
+    #[arg(short, long, value_name = "FILE.txt|DIR")]
     pub(crate) output: PathBuf,
-    /// How the mesh is projected onto the basis
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) projection: ProjectionName,
+    /// How a shape is projected onto the basis [default: conforming; least-squares for points]
+    #[arg(long, value_enum)]
+    pub(crate) projection: Option<ProjectionName>,
     /// How much finer the grid is than the degree needs (with --projection grid)
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(crate) oversampling: u32,
-    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else the best centre]
+    /// Damp the Laplacian of a least-squares fit: Tikhonov's factor of l^2 (l+1)^2
+    #[arg(long, default_value_t = 0.0)]
+    pub(crate) lambda: f64,
+    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else one near the centroid]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub(crate) centre: Option<DVec3>,
+    /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets it more than once
+    #[arg(long, value_enum, value_name = "ENVELOPE")]
+    pub(crate) not_star: Option<EnvelopeName>,
+    /// The largest share of such rays that is accepted, per cent of the solid angle
+    #[arg(long, value_name = "PERCENT", default_value_t = 5.0, requires = "not_star", value_parser = percentage)]
+    pub(crate) not_star_limit: f64,
+    /// How far the compact form (.hxc) may be from the fit, RMS: a part of the mean radius, such as 1e-3, or a length, such as 0.05mm [default: a fifth of
+    /// the error of the fit]
+    #[arg(long, value_name = "TOLERANCE", value_parser = tolerance)]
+    pub(crate) tolerance: Option<Tolerance>,
+    /// Damp the series against ringing: lanczos, or heat=T such as heat=0.001
+    #[arg(long)]
+    pub(crate) filter: Option<Filter>,
     #[command(flatten)]
     pub(crate) habits: MeshHabits,
-    /// Replace a file that another program wrote
+    /// Replace files that another program wrote
     #[arg(long)]
     pub(crate) force: bool,
 }
 
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ProjectionName {
     /// Quadrature on the faces: exact to about 1e-10
-    #[default]
     Conforming,
     /// Ray casting on an oversampled Gauss-Legendre grid and FFT
     Grid,
+    /// Weighted least squares over points, or the vertices of a mesh
+    LeastSquares,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EnvelopeName {
+    /// The farthest meeting: folds are filled
+    Outermost,
+    /// The nearest meeting: overhangs are cut away
+    First,
+    /// The mean of all meetings
+    Mean,
+}
+
+/// What was fitted.
+#[derive(Debug)]
+pub(crate) enum Fitted {
+    Mesh(Box<MeshFit>),
+    Points(PointFit),
 }
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
-    let started = Instant::now();
-    let output = Output::open(&verb.output, &Kind::COEFFICIENTS, verb.force)?;
-    let mesh = read_mesh(&verb.mesh, &verb.habits)?;
-    let projection = match verb.projection {
-        ProjectionName::Conforming => Projection::Conforming,
-        ProjectionName::Grid => Projection::Grid { oversampling: verb.oversampling as usize },
-    };
-    let settings = FitSettings { lmax: verb.degree as usize, projection, centre: verb.centre };
-    let fit = fit(&mesh, &settings).map_err(|e| about(&verb.mesh, e))?;
-    let shape = Shape {
-        coefficients: fit.coefficients.clone(),
-        centre: fit.centre,
-        source: Some(source(&verb.mesh)?),
-        truncated_from: None,
-    };
-    output.write(&shtools_text::write(&shape, Convention::default())?)?;
-    let lmax = fit.coefficients.lmax();
-    if as_json {
-        say::data(
-            &json!({
-                "degree": lmax,
-                "coefficients": fit.coefficients.count(),
-                "bytes": series_bytes(lmax),
-                "mesh_bytes": mesh_bytes(fit.mesh_size),
-                "centre": fit.centre.to_array(),
-                "clearance": fit.clearance,
-                "mean_radius": fit.coefficients.mean(),
-                "rms": fit.error.rms,
-                "max": fit.error.max,
-                "projection_seconds": fit.projection_time.as_secs_f64(),
-                "seconds": started.elapsed().as_secs_f64(),
-                "written": verb.output,
-            })
-            .to_string(),
-        );
-        return Ok(Code::Done);
+    match verb.meshes.as_slice() {
+        [mesh] if !is_folder(&verb.output) => run_one(verb, mesh, as_json),
+        _ => fit_many::run(verb, as_json),
     }
-    let [x, y, z] = fit.centre.to_array().map(|v| say::significant(v, 4));
-    say::pairs(&[
-        ("degree", format!("{lmax}, {} coefficients", fit.coefficients.count())),
-        (
-            "storage",
-            format!(
-                "{} in f32 against {} of the mesh ({} vertices, {} faces)",
-                say::bytes(series_bytes(lmax)),
-                say::bytes(mesh_bytes(fit.mesh_size)),
-                fit.mesh_size[0],
-                fit.mesh_size[1]
-            ),
-        ),
-        (
-            "centre",
-            format!(
-                "({x}, {y}, {z}) m, every face clears it by {} m",
-                say::significant(fit.clearance, 3)
-            ),
-        ),
-        ("mean radius", format!("{} m", say::significant(fit.coefficients.mean(), 7))),
-        (
-            "RMS error",
-            format!(
-                "{} m, {}",
-                say::significant(fit.error.rms, 3),
-                say::percent(fit.relative_rms())
-            ),
-        ),
-        (
-            "largest error",
-            format!(
-                "{} m, {}",
-                say::significant(fit.error.max, 3),
-                say::percent(fit.relative_max())
-            ),
-        ),
-        (
-            "time",
-            format!(
-                "{} in all, projection {:.0} ms",
-                progress::duration(started.elapsed()),
-                1e3 * fit.projection_time.as_secs_f64()
-            ),
-        ),
-        ("written", verb.output.display().to_string()),
-    ]);
+}
+
+fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
+    let started = Instant::now();
+    let output = shape_file::open(&verb.output, verb.force)?;
+    let fitted = fit_file(verb, mesh)?;
+    write(verb, &fitted, mesh, output)?;
+    fit_report::print(verb, &fitted, started.elapsed(), as_json);
     Ok(Code::Done)
 }
 
-/// Reads a mesh and turns it to metres, z up.
+/// Tells whether the output is meant as a folder: it is one, or its name has no extension.
+fn is_folder(output: &Path) -> bool {
+    output.is_dir() || output.extension().is_none()
+}
+
+/// Fits a mesh or point file.
+pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<Fitted> {
+    if points::is_points(path) {
+        let cloud = read_points(path, &verb.habits)?;
+        let settings = settings(verb, ProjectionName::LeastSquares);
+        return fit_points(&cloud, &settings).map(Fitted::Points).map_err(|e| about(path, e));
+    }
+    let mesh = read_mesh(path, &verb.habits)?;
+    let fitted = fit(&mesh, &settings(verb, ProjectionName::Conforming));
+    fitted.map(|f| Fitted::Mesh(Box::new(f))).map_err(|e| about(path, e))
+}
+
+fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
+    let projection = match verb.projection.unwrap_or(usual) {
+        ProjectionName::Conforming => Projection::Conforming,
+        ProjectionName::Grid => Projection::Grid { oversampling: verb.oversampling as usize },
+        ProjectionName::LeastSquares => Projection::LeastSquares { lambda: verb.lambda },
+    };
+    let envelope = verb.not_star.map(|name| match name {
+        EnvelopeName::Outermost => Envelope::Outermost,
+        EnvelopeName::First => Envelope::First,
+        EnvelopeName::Mean => Envelope::Mean,
+    });
+    let not_star = envelope.map(|envelope| NotStar { envelope, limit: 0.01 * verb.not_star_limit });
+    let usual = FitSettings::of_degree(verb.degree as usize);
+    FitSettings { projection, centre: verb.centre, not_star, filter: verb.filter, ..usual }
+}
+
+/// Writes the coefficients of a fit; the compact form, unless told otherwise, to a fifth of the fit's own error.
+pub(crate) fn write(verb: &Fit, fitted: &Fitted, path: &Path, output: ShapeFile) -> Result<()> {
+    let (coefficients, centre, rms) = match fitted {
+        Fitted::Mesh(fit) => (fit.coefficients.clone(), fit.centre, fit.error.rms),
+        Fitted::Points(fit) => (fit.coefficients.clone(), fit.centre, fit.rms),
+    };
+    let source = Some(source(path)?);
+    let shape = Shape { coefficients, centre, source, truncated_from: None };
+    output.write_to(&shape, verb.tolerance.unwrap_or(Tolerance::Metres(0.2 * rms)))
+}
+
+fn percentage(text: &str) -> Result<f64, String> {
+    let share = text.trim_end_matches('%').trim().parse::<f64>().ok();
+    share.filter(|p| (0.0..=100.0).contains(p)).ok_or_else(|| "write a number from 0 to 100".into())
+}
+
+/// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
 pub(crate) fn read_mesh(path: &Path, habits: &MeshHabits) -> Result<Mesh> {
-    let mesh = meshes::read(path)?;
-    let up = match habits.up {
+    Ok(read_and_repair(path, habits)?.0)
+}
+
+/// As [`read_mesh`], with what was repaired.
+pub(crate) fn read_and_repair(
+    path: &Path,
+    habits: &MeshHabits,
+) -> Result<(Mesh, Option<RepairReport>)> {
+    let mesh = meshes::read(path)?.with_up(up(habits)).scaled(habits.unit.metres())?;
+    habits.repairs.apply(path, mesh)
+}
+
+/// Reads a point file and turns it to metres, z up.
+fn read_points(path: &Path, habits: &MeshHabits) -> Result<Points> {
+    let mut cloud = points::read(path)?;
+    cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * up(habits).to_z(*p));
+    Ok(cloud)
+}
+
+fn up(habits: &MeshHabits) -> UpAxis {
+    match habits.up {
         UpName::X => UpAxis::X,
         UpName::Y => UpAxis::Y,
         UpName::Z => UpAxis::Z,
-    };
-    let metres = match habits.unit {
-        UnitName::M => 1.0,
-        UnitName::Cm => 0.01,
-        UnitName::Mm => 0.001,
-        UnitName::In => 0.0254,
-    };
-    mesh.with_up(up).scaled(metres)
+    }
 }
 
 /// Names a file by its name and content.

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use harmolux::io::coefficients::{self, Shape};
-use harmolux::io::output::Output;
+use harmolux::io::coefficients::{self, ReadOptions, Shape};
 use harmolux::io::spectra;
 use harmolux::sh::{
     Coefficients, GaussianSphere, RandomShape, Spectrum, gaussian, power_law, range,
@@ -14,7 +13,8 @@ use serde_json::json;
 
 use super::arguments::{Settings, settings};
 use super::exit::Code;
-use super::{say, shape_file};
+use super::say;
+use super::shape_file::{self, ShapeFile};
 
 /// Draw random shapes: Gaussian random spheres, or Gaussian radii of a given spectrum
 ///
@@ -89,7 +89,7 @@ pub(crate) fn run(verb: &Random, as_json: bool) -> Result<Code> {
         let seed = verb.seed.wrapping_add(u64::from(i));
         Ok((seed, shape_file::open(&folder.join(format!("{seed}.txt")), verb.force)?))
     };
-    let files: Result<Vec<(u64, Output)>> = (0..count).map(file).collect();
+    let files: Result<Vec<(u64, ShapeFile)>> = (0..count).map(file).collect();
     let done = files.and_then(|files| finish(verb, files, draw.as_ref(), as_json));
     if done.is_err() && is_new {
         // Removes an empty folder only.
@@ -145,7 +145,7 @@ fn read_spectrum(path: &Path) -> Result<Vec<f64>> {
         let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
         return spectra::parse(path, &bytes);
     }
-    let shape = coefficients::read(path, None)?;
+    let shape = coefficients::read(path, &ReadOptions::default())?;
     Ok(Spectrum::of(&shape.coefficients).degrees().iter().map(|d| d.power).collect())
 }
 
@@ -200,7 +200,7 @@ fn positive(seed: u64, c: &Coefficients) -> Result<(f64, f64)> {
 /// Draws and writes one shape after the other; when one fails, those before it stand.
 fn finish(
     verb: &Random,
-    files: Vec<(u64, Output)>,
+    files: Vec<(u64, ShapeFile)>,
     draw: &dyn Fn(u64) -> Result<RandomShape>,
     as_json: bool,
 ) -> Result<Code> {
@@ -208,7 +208,7 @@ fn finish(
     for (seed, output) in files {
         let drawn = draw(seed)?;
         rows.push(Row::of(seed, &drawn)?);
-        shape_file::write(output, &Shape::new(drawn.coefficients))?;
+        output.write(&Shape::new(drawn.coefficients))?;
     }
     if as_json {
         let list = rows.iter().map(|r| {

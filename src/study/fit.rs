@@ -4,15 +4,15 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use crate::Result;
-use crate::sh::Coefficients;
+use crate::sh::{Coefficients, Filter, scattered_fit};
 use crate::surface::{
-    Mesh, MeshReport, MeshSurface, RadialError, project_conforming, project_grid, radial_error,
-    star,
+    Envelope, FitError, Folds, Mesh, MeshReport, RadialMesh, fit_error, least_folded,
+    project_faces, project_rays, star,
 };
+use crate::{Error, Result};
 
 /// Chooses how the mesh is projected onto the basis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Projection {
     /// Quadrature on the faces themselves: exact to about 1e-10.
     #[default]
@@ -22,6 +22,21 @@ pub enum Projection {
         /// At least 1; 4 aliases to about 1e-4.
         oversampling: usize,
     },
+    /// Least squares over the vertices, each weighted by the solid angle around it: errs by about the RMS error of the fit times the root of
+    /// coefficients over vertices.
+    LeastSquares {
+        /// Tikhonov's factor, at least 0: see [`scattered_fit`].
+        lambda: f64,
+    },
+}
+
+/// Says what to do with a mesh that no centre sees as a whole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NotStar {
+    /// Which radius stands for a ray that meets the mesh more than once.
+    pub envelope: Envelope,
+    /// The largest share, 0 to 1, of such rays that is accepted.
+    pub limit: f64,
 }
 
 /// Sets a fit.
@@ -33,6 +48,18 @@ pub struct FitSettings {
     pub projection: Projection,
     /// The expansion centre in the axes of the mesh; chosen when `None`.
     pub centre: Option<DVec3>,
+    /// How a mesh that is not star-shaped is fitted; refused when `None`.
+    pub not_star: Option<NotStar>,
+    /// Damps the series against ringing.
+    pub filter: Option<Filter>,
+}
+
+impl FitSettings {
+    /// Sets a fit of degree `lmax` with everything else as usual: conforming projection, chosen centre, star-shaped meshes only, no filter.
+    pub const fn of_degree(lmax: usize) -> Self {
+        let projection = Projection::Conforming;
+        Self { lmax, projection, centre: None, not_star: None, filter: None }
+    }
 }
 
 /// Holds a fitted shape and how good it is.
@@ -42,10 +69,14 @@ pub struct Fit {
     pub coefficients: Coefficients,
     /// The expansion centre.
     pub centre: DVec3,
-    /// The least distance from the centre to the plane of a face.
+    /// The least distance from the centre to the plane of a face; negative for a mesh that is not star-shaped about it.
     pub clearance: f64,
-    /// How far the series is from the mesh.
-    pub error: RadialError,
+    /// How far the series is from the mesh, or from its envelope.
+    pub error: FitError,
+    /// The truncation error by Parseval; `None` where the series is not the plain projection.
+    pub parseval: Option<f64>,
+    /// What was done about folds; `None` for a star-shaped mesh.
+    pub folds: Option<Folds>,
     /// The time the projection took, checks and error measurement apart.
     pub projection_time: Duration,
     /// Vertices and faces of the mesh.
@@ -74,43 +105,102 @@ pub const fn series_bytes(lmax: usize) -> usize {
     4 * (lmax + 1) * (lmax + 1)
 }
 
-/// Fits a mesh about the given centre; without one about its own origin if it is star-shaped about that, else about the best centre.
+/// Fits a mesh about the given centre; without one about its own origin if it is star-shaped about that, else about the
+/// centre that [`star::preferred_centre`] proposes.
+///
+/// A mesh that is star-shaped about no centre is fitted only when [`FitSettings::not_star`] says how: about the one of origin, best centre and centroid
+/// from which the fewest directions meet it more than once.
 ///
 /// # Errors
-/// [`crate::Error::Geometry`] when the mesh is not closed and oriented or not star-shaped about the centre; [`crate::Error::Parameter`] for a degree
-/// too high to evaluate.
+/// [`Error::Geometry`] when the mesh is not closed and oriented or not star-shaped about the centre, or its folds fill more of the sphere than is
+/// accepted; [`Error::Parameter`] for a degree too high to evaluate.
 pub fn fit(mesh: &Mesh, settings: &FitSettings) -> Result<Fit> {
     MeshReport::of(mesh).require_closed()?;
-    let report = star::require(mesh, choose_centre(mesh, settings.centre)?)?;
-    let centre = report.about;
-    let started = Instant::now();
-    let coefficients = match settings.projection {
-        Projection::Conforming => project_conforming(mesh, centre, settings.lmax)?,
-        Projection::Grid { oversampling } => {
-            project_grid(&MeshSurface::new(mesh.clone())?, centre, settings.lmax, oversampling)?
+    let centre = choose_centre(mesh, settings)?;
+    let report = star::test(mesh, centre)?;
+    let radius = match settings.not_star {
+        Some(rule) if !report.is_star_shaped() => RadialMesh::folded(mesh, centre, rule.envelope)?,
+        _ => {
+            star::require(mesh, centre).map_err(mention_envelopes)?;
+            RadialMesh::star(mesh, centre)
         }
     };
+    let folds = radius.folds();
+    check_limit(folds, settings, centre)?;
+    let started = Instant::now();
+    let projected = project(&radius, settings)?;
     let projection_time = started.elapsed();
+    let coefficients = settings.filter.map_or_else(|| projected.clone(), |f| f.apply(&projected));
+    let error = fit_error(&radius, &coefficients)?;
+    // What a grid aliases goes into its energy at first order, into the error at second: only the exact projection obeys Parseval well enough.
+    let is_plain = settings.filter.is_none() && settings.projection == Projection::Conforming;
     Ok(Fit {
-        error: radial_error(mesh, centre, &coefficients)?,
+        parseval: is_plain.then(|| error.by_parseval(&coefficients)),
+        error,
         coefficients,
         centre,
         clearance: report.clearance,
+        folds,
         projection_time,
         mesh_size: [mesh.positions().len(), mesh.triangles().len()],
     })
 }
 
-fn choose_centre(mesh: &Mesh, wanted: Option<DVec3>) -> Result<DVec3> {
-    if let Some(centre) = wanted {
+fn project(radius: &RadialMesh, settings: &FitSettings) -> Result<Coefficients> {
+    match settings.projection {
+        Projection::Conforming => project_faces(radius, settings.lmax),
+        Projection::Grid { oversampling } => project_rays(radius, settings.lmax, oversampling),
+        Projection::LeastSquares { lambda } => {
+            let samples = radius.vertex_samples();
+            let (at, radii, weights) = (&samples.directions, &samples.radii, &samples.weights);
+            scattered_fit(at, radii, weights, settings.lmax, lambda)
+        }
+    }
+}
+
+fn choose_centre(mesh: &Mesh, settings: &FitSettings) -> Result<DVec3> {
+    if let Some(centre) = settings.centre {
         return Ok(centre);
     }
     if star::test(mesh, DVec3::ZERO)?.is_star_shaped() {
         return Ok(DVec3::ZERO);
     }
-    let (best, clearance) = star::best_centre(mesh)?;
-    // Without any valid centre the message about the origin is the more useful one.
-    Ok(if clearance > 0.0 { best } else { DVec3::ZERO })
+    let (centre, clearance) = star::preferred_centre(mesh)?;
+    if clearance > 0.0 {
+        return Ok(centre);
+    }
+    let Some(_) = settings.not_star else {
+        // Without any valid centre the message about the origin is the more useful one.
+        return Ok(DVec3::ZERO);
+    };
+    least_folded(mesh, &[DVec3::ZERO, centre, mesh.centroid(mesh.bounds().centre())])?.ok_or_else(|| {
+        Error::Geometry(
+            "neither the origin nor the best centre nor the centroid lies inside the mesh: give a centre inside it".to_owned(),
+        )
+    })
+}
+
+/// Says how to fit a mesh all the same.
+fn mention_envelopes(error: Error) -> Error {
+    match error {
+        Error::Geometry(text) => Error::Geometry(format!(
+            "{text}; `harmolux fit --not-star outermost` (or first, mean) fits an envelope of a mesh with small folds"
+        )),
+        other => other,
+    }
+}
+
+fn check_limit(folds: Option<Folds>, settings: &FitSettings, centre: DVec3) -> Result<()> {
+    let Some((folds, rule)) = folds.zip(settings.not_star) else { return Ok(()) };
+    // A share that is not a number must fail, too.
+    if folds.share <= rule.limit {
+        return Ok(());
+    }
+    Err(Error::Geometry(format!(
+        "{:.2} % of the directions from {centre:.6} meet the mesh more than once, more than the {} % that are accepted: such a shape is hardly a radius; raise `--not-star-limit`, give another centre, or cut the mesh in parts",
+        100.0 * folds.share,
+        100.0 * rule.limit
+    )))
 }
 
 #[cfg(test)]
@@ -138,8 +228,7 @@ mod tests {
         Mesh::new((0..8).map(corner).collect(), faces).expect("valid")
     }
 
-    const SETTINGS: FitSettings =
-        FitSettings { lmax: 8, projection: Projection::Conforming, centre: None };
+    const SETTINGS: FitSettings = FitSettings::of_degree(8);
 
     #[test]
     fn origin_is_kept_when_it_will_do_and_left_when_not() {

@@ -7,31 +7,17 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Mesh, Surface};
+use super::face_nodes::{fold_faces, points_per_side};
+use super::{Mesh, RadialMesh, Surface};
 use crate::math::Ray;
-use crate::math::quadrature::Rule;
-use crate::sh::{Coefficients, Grid, Moments, Series, analysis};
+use crate::sh::{Coefficients, Grid, GridMoments, MAX_DEGREE, Moments, analysis};
 use crate::{Error, Result};
 
-/// Faces that are added up together; fixed, so that sums do not depend on the number of threads.
-const FACES_PER_TASK: usize = 512;
+/// The degree from which nodes go by way of a grid: there it begins to be faster.
+const GRIDDED_FROM: usize = 96;
 
-/// The largest number of points along each side of a face; one that wants more is split in four.
-const FINEST: usize = 24;
-
-/// How often a face may be split: enough for one that fills half the sphere at degree 1000.
-const DEEPEST: usize = 8;
-
-/// The most points along each side of a face at which an error is measured: enough for its mean square, whatever the degree.
-const MEASURED: usize = 6;
-
-/// A point of a face as a quadrature node on the sphere about the centre.
-struct Node {
-    /// From the centre to the point, a unit vector.
-    direction: DVec3,
-    radius: f64,
-    solid_angle: f64,
-}
+/// Grids that are filled side by side; fixed, so that sums do not depend on the number of threads. At degree 1000 each takes 66 MB.
+const GRIDS: usize = 4;
 
 /// Projects the radius of a mesh about `centre` onto the basis, face by face.
 ///
@@ -41,24 +27,52 @@ struct Node {
 /// # Errors
 /// [`Error::Parameter`] for a degree too high to evaluate.
 pub fn project_conforming(mesh: &Mesh, centre: DVec3, lmax: usize) -> Result<Coefficients> {
-    project_with(mesh, centre, lmax, |corners| points_per_side(corners, lmax))
+    project_faces(&RadialMesh::star(mesh, centre), lmax)
 }
 
-fn project_with(
-    mesh: &Mesh,
-    centre: DVec3,
-    lmax: usize,
-    points: impl Fn(&[DVec3; 3]) -> usize + Sync,
-) -> Result<Coefficients> {
-    let rules = rules();
+/// Projects the radius of a mesh, or of its envelope, onto the basis, face by face.
+///
+/// Faces that belong to an envelope as a whole are as exact as those of a star-shaped mesh; what is left is the error at the borders of folds, which
+/// [`RadialMesh::folds`] bounds in the mean.
+///
+/// # Errors
+/// [`Error::Parameter`] for a degree too high to evaluate.
+pub fn project_faces(radius: &RadialMesh, lmax: usize) -> Result<Coefficients> {
+    if lmax >= GRIDDED_FROM {
+        return project_gridded(radius, lmax);
+    }
+    let points = |corners: &[DVec3; 3]| points_per_side(corners, lmax);
     let empty = Moments::new(lmax)?;
-    let faces = mesh.triangles().len();
-    let parts: Vec<Moments> = tasks(faces)
-        .map(|range| {
+    let task = |range: std::ops::Range<usize>| {
+        let mut moments = empty.clone();
+        for face in range {
+            radius.visit(face, &points, &mut |node| {
+                moments.add(node.direction, node.solid_angle * node.radius);
+            });
+        }
+        moments
+    };
+    let mut total = empty.clone();
+    fold_faces(radius.mesh().triangles().len(), task, |part| total.merge(&part));
+    Ok(total.coefficients())
+}
+
+/// Does the same for high degrees, where nodes are many and adding each to all coefficients would take hours.
+fn project_gridded(radius: &RadialMesh, lmax: usize) -> Result<Coefficients> {
+    if lmax > MAX_DEGREE {
+        // Says that the degree is too high before any memory is taken.
+        Moments::new(lmax)?;
+    }
+    let points = |corners: &[DVec3; 3]| points_per_side(corners, lmax);
+    let empty = GridMoments::new(lmax);
+    let faces = radius.mesh().triangles().len();
+    let parts: Vec<GridMoments> = (0..GRIDS)
+        .into_par_iter()
+        .map(|part| {
             let mut moments = empty.clone();
-            for face in range {
-                let corners = mesh.corners(face).map(|x| x - centre);
-                visit_face(corners, &points, &rules, DEEPEST, &mut |node| {
+            // Neighbours go to different parts, so that all have as much to do.
+            for face in (part..faces).step_by(GRIDS) {
+                radius.visit(face, &points, &mut |node| {
                     moments.add(node.direction, node.solid_angle * node.radius);
                 });
             }
@@ -66,10 +80,9 @@ fn project_with(
         })
         .collect();
     let mut total = empty;
-    for part in &parts {
-        total.merge(part);
-    }
-    Ok(total.coefficients())
+    parts.iter().for_each(|part| total.merge(part));
+    drop(parts);
+    total.coefficients()
 }
 
 /// Projects the outermost radius of a surface about `centre` by ray casting on a Gauss-Legendre grid of `oversampling * (lmax + 1)` rings and twice as
@@ -83,15 +96,40 @@ pub fn project_grid(
     lmax: usize,
     oversampling: usize,
 ) -> Result<Coefficients> {
-    let rings = oversampling.max(1) * (lmax + 1);
-    let grid = Grid::gauss_legendre(rings, 2 * rings);
     let bounds = surface.bounds();
     let reach = (bounds.max - centre).abs().max((bounds.min - centre).abs()).length() * 1.01;
-    let cast = |i: usize| {
-        let direction = grid.direction(i);
+    let outermost = |direction: DVec3| {
         // From outside inwards: the first hit is the outermost.
         let ray = Ray::new(centre + reach * direction, -direction).up_to(reach);
-        surface.hit(&ray).map(|hit| (hit.point - centre).dot(direction)).ok_or(direction)
+        surface.hit(&ray).map(|hit| (hit.point - centre).dot(direction))
+    };
+    project_radii(outermost, centre, lmax, oversampling)
+}
+
+/// Does the same for the envelope of a mesh; for one that was called star-shaped the outermost.
+///
+/// # Errors
+/// As [`project_grid`], and as [`super::MeshSurface::new`].
+pub fn project_rays(radius: &RadialMesh, lmax: usize, oversampling: usize) -> Result<Coefficients> {
+    let Some(layers) = radius.layers() else {
+        let surface = super::MeshSurface::new(radius.mesh().clone())?;
+        return project_grid(&surface, radius.centre(), lmax, oversampling);
+    };
+    let envelope = |direction| layers.radius(direction).map(|found| found.0);
+    project_radii(envelope, radius.centre(), lmax, oversampling)
+}
+
+fn project_radii(
+    radius: impl Fn(DVec3) -> Option<f64> + Sync,
+    centre: DVec3,
+    lmax: usize,
+    oversampling: usize,
+) -> Result<Coefficients> {
+    let rings = oversampling.max(1) * (lmax + 1);
+    let grid = Grid::gauss_legendre(rings, 2 * rings);
+    let cast = |i: usize| {
+        let direction = grid.direction(i);
+        radius(direction).ok_or(direction)
     };
     let radii: Result<Vec<f64>, DVec3> = (0..grid.len()).into_par_iter().map(cast).collect();
     let radii = radii.map_err(|direction| {
@@ -102,126 +140,14 @@ pub fn project_grid(
     analysis(&radii, &grid, lmax)
 }
 
-/// Holds how far a series is from the mesh it stands for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RadialError {
-    /// The root mean square of the radial difference over the solid angle, metres.
-    pub rms: f64,
-    /// The largest radial difference found at the vertices and quadrature points of the mesh, metres.
-    pub max: f64,
-}
-
-/// Measures the radial difference between a series and a mesh, both about `centre`.
-///
-/// # Errors
-/// [`Error::Parameter`] for a degree too high to evaluate.
-pub fn radial_error(
-    mesh: &Mesh,
-    centre: DVec3,
-    coefficients: &Coefficients,
-) -> Result<RadialError> {
-    let series = Series::new(coefficients)?;
-    let rules = rules();
-    let lmax = coefficients.lmax();
-    // What is measured is not needed to more than some digits, whatever the degree.
-    let points = |corners: &[DVec3; 3]| match points_per_side(corners, lmax) {
-        few @ ..=FINEST => few.min(MEASURED),
-        many => many,
-    };
-    let parts: Vec<(f64, f64, f64)> = tasks(mesh.triangles().len())
-        .map(|range| {
-            let (mut squares, mut sphere, mut max) = (0.0, 0.0, 0.0_f64);
-            for face in range {
-                let corners = mesh.corners(face).map(|x| x - centre);
-                visit_face(corners, &points, &rules, DEEPEST, &mut |node| {
-                    let difference = node.radius - series.value(node.direction);
-                    squares += node.solid_angle * difference * difference;
-                    sphere += node.solid_angle;
-                    max = max.max(difference.abs());
-                });
-            }
-            (squares, sphere, max)
-        })
-        .collect();
-    let (squares, sphere, inside) =
-        parts.into_iter().fold((0.0, 0.0, 0.0_f64), |a, b| (a.0 + b.0, a.1 + b.1, a.2.max(b.2)));
-    let at_vertices = mesh.positions().iter().filter_map(|x| {
-        let (direction, radius) =
-            (*x - centre).try_normalize().zip(Some((*x - centre).length()))?;
-        Some((radius - series.value(direction)).abs())
-    });
-    Ok(RadialError { rms: (squares / sphere).sqrt(), max: at_vertices.fold(inside, f64::max) })
-}
-
-/// Splits the faces into tasks of fixed size.
-fn tasks(faces: usize) -> impl IndexedParallelIterator<Item = std::ops::Range<usize>> {
-    (0..faces.div_ceil(FACES_PER_TASK)).into_par_iter().map(move |task| {
-        let first = task * FACES_PER_TASK;
-        first..(first + FACES_PER_TASK).min(faces)
-    })
-}
-
-/// Gives the Gauss-Legendre rules on [0, 1] with 0..=FINEST points (index 0 repeats 1).
-fn rules() -> Vec<Rule> {
-    (0..=FINEST).map(|n| Rule::gauss_legendre(n).on(0.0, 1.0)).collect()
-}
-
-/// Chooses the points along each side of a face: Gauss-Legendre converges once it has about one point per radian of the basis functions' phase, which
-/// is lmax times the angle the face spans; a face seen edge-on adds the swing of 1/|x|^2.
-fn points_per_side(corners: &[DVec3; 3], lmax: usize) -> usize {
-    let [a, b, c] = corners;
-    let span = a.angle_between(*b).max(b.angle_between(*c)).max(c.angle_between(*a));
-    let radii = corners.map(DVec3::length);
-    let swing = (radii[0].max(radii[1]).max(radii[2]) / radii[0].min(radii[1]).min(radii[2])).ln();
-    // The last ten radians of phase stand for the turn of 1/|x|^2 itself.
-    let points = 4.0 + (lmax as f64 + 10.0) * span + 8.0 * swing;
-    if points.is_finite() { points as usize } else { FINEST }
-}
-
-/// Visits the quadrature nodes of a face, after splitting it at the middles of its edges as often as its size asks for.
-fn visit_face(
-    corners: [DVec3; 3],
-    points: &impl Fn(&[DVec3; 3]) -> usize,
-    rules: &[Rule],
-    splits: usize,
-    visit: &mut impl FnMut(Node),
-) {
-    let wanted = points(&corners);
-    if wanted <= FINEST || splits == 0 {
-        for_each_node(&corners, &rules[wanted.min(FINEST)], visit);
-        return;
-    }
-    let [a, b, c] = corners;
-    let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
-    for quarter in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        visit_face(quarter, points, rules, splits - 1, visit);
-    }
-}
-
-/// Walks over the Duffy points of a face: the square collapsed onto the triangle, u towards the side opposite to the first corner.
-fn for_each_node([a, b, c]: &[DVec3; 3], rule: &Rule, mut visit: impl FnMut(Node)) {
-    // Twice the area times the distance of the plane from the centre.
-    let volume = a.dot(b.cross(*c));
-    for (u, weight_u) in rule.iter() {
-        for (v, weight_v) in rule.iter() {
-            let x = *a + u * ((*b - *a) + v * (*c - *b));
-            let radius = x.length();
-            if radius > 0.0 {
-                visit(Node {
-                    direction: x / radius,
-                    radius,
-                    solid_angle: volume * u * weight_u * weight_v / radius.powi(3),
-                });
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::math::quadrature::Rule;
+    use crate::surface::Envelope;
+    use crate::surface::mesh::shapes;
 
     fn octahedron(radius: f64) -> Mesh {
         let p = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z]
@@ -237,19 +163,6 @@ mod tests {
             [0, 3, 5],
         ];
         Mesh::new(p.to_vec(), faces).expect("valid")
-    }
-
-    #[test]
-    fn solid_angles_of_a_closed_mesh_fill_the_sphere() {
-        let mesh = octahedron(2.0);
-        let centre = DVec3::new(0.1, -0.2, 0.3);
-        let rules = rules();
-        let mut total = 0.0;
-        for face in 0..8 {
-            let corners = mesh.corners(face).map(|x| x - centre);
-            for_each_node(&corners, &rules[FINEST], |node| total += node.solid_angle);
-        }
-        assert!((total - 4.0 * PI).abs() <= 1e-12);
     }
 
     #[test]
@@ -306,10 +219,49 @@ mod tests {
     }
 
     #[test]
-    fn points_follow_the_angular_size() {
-        let wide = [DVec3::X, DVec3::Y, DVec3::Z];
-        let narrow = [DVec3::X, DVec3::new(1.0, 0.01, 0.0), DVec3::new(1.0, 0.0, 0.01)];
-        assert!(points_per_side(&wide, 64) > FINEST);
-        assert_eq!(points_per_side(&narrow, 32), 4);
+    fn envelope_of_a_star_shaped_mesh_is_the_mesh() {
+        let mesh = octahedron(1.0);
+        let centre = DVec3::new(0.1, 0.05, -0.1);
+        let plain = project_conforming(&mesh, centre, 8).expect("fits");
+        for envelope in [Envelope::Outermost, Envelope::First, Envelope::Mean] {
+            let radius = RadialMesh::folded(&mesh, centre, envelope).expect("inside");
+            let same = project_faces(&radius, 8).expect("fits");
+            let pairs = same.cosines().iter().zip(plain.cosines());
+            // Rays find the radius again to the last digit or two.
+            assert!(pairs.fold(0.0_f64, |w, (x, y)| w.max((x - y).abs())) <= 1e-14, "{envelope}");
+        }
+    }
+
+    #[test]
+    fn envelopes_of_a_u_agree_with_those_of_many_rays() {
+        let u = shapes::u_shape();
+        for envelope in [Envelope::Outermost, Envelope::First, Envelope::Mean] {
+            let centre = DVec3::new(1.5, 0.5, 0.5);
+            let radius = RadialMesh::folded(&u, centre, envelope).expect("inside");
+            let [faces, rays] = [
+                project_faces(&radius, 6).expect("fits"),
+                project_rays(&radius, 6, 64).expect("closed"),
+            ];
+            let pairs = faces.cosines().iter().chain(faces.sines());
+            let worst = pairs
+                .zip(rays.cosines().iter().chain(rays.sines()))
+                .fold(0.0_f64, |w, (x, y)| w.max((x - y).abs()));
+            // The radius jumps at the folds: rays 0.4 degrees apart, not the faces, err by some 6e-3 of it, twice that at 32.
+            assert!(worst <= 1e-2 * faces.mean(), "{envelope}: {worst:e}");
+        }
+    }
+
+    #[test]
+    fn gridded_projection_is_the_plain_one() {
+        let mesh = octahedron(1.0);
+        let centre = DVec3::new(0.1, 0.05, -0.1);
+        let (plain, gridded) = (GRIDDED_FROM - 1, GRIDDED_FROM);
+        let [a, b] = [plain, gridded].map(|l| project_conforming(&mesh, centre, l).expect("fits"));
+        let b = b.truncated(plain);
+        let pairs = a.cosines().iter().chain(a.sines()).zip(b.cosines().iter().chain(b.sines()));
+        let worst = pairs.fold(0.0_f64, |w, (x, y)| w.max((x - y).abs()));
+        // Both err by 1e-10, the rules being those of two degrees.
+        assert!(worst <= 1e-9, "{worst:e}");
+        assert!(project_conforming(&mesh, centre, MAX_DEGREE + 1).is_err());
     }
 }

@@ -1,0 +1,169 @@
+//! What `harmolux fit` says about one fit.
+
+use std::time::Duration;
+
+use glam::DVec3;
+use harmolux::sh::Coefficients;
+use harmolux::study::{Fit as MeshFit, PointFit, mesh_bytes, series_bytes};
+use serde_json::{Value, json};
+
+use super::fit::{Fit, Fitted};
+use super::{progress, say};
+
+/// Prints the report.
+pub(crate) fn print(verb: &Fit, fitted: &Fitted, elapsed: Duration, as_json: bool) {
+    if as_json {
+        let mut report = match fitted {
+            Fitted::Mesh(fit) => mesh_json(fit),
+            Fitted::Points(fit) => points_json(fit),
+        };
+        report["filter"] = json!(verb.filter.map(|f| f.to_string()));
+        report["seconds"] = json!(elapsed.as_secs_f64());
+        report["written"] = json!(verb.output);
+        say::data(&report.to_string());
+        return;
+    }
+    let (mut pairs, projection) = match fitted {
+        Fitted::Mesh(fit) => (mesh_pairs(fit), fit.projection_time),
+        Fitted::Points(fit) => (points_pairs(fit), fit.projection_time),
+    };
+    if let Some(filter) = verb.filter {
+        pairs.push(("filter", format!("{filter}; the errors are those of the filtered series")));
+    }
+    let projection = 1e3 * projection.as_secs_f64();
+    let all = progress::duration(elapsed);
+    pairs.push(("time", format!("{all} in all, projection {projection:.0} ms")));
+    pairs.push(("written", verb.output.display().to_string()));
+    say::pairs(&pairs);
+}
+
+fn mesh_json(fit: &MeshFit) -> Value {
+    let lmax = fit.coefficients.lmax();
+    let error = &fit.error;
+    let folds = fit.folds.map(|f| {
+        json!({ "envelope": f.envelope.to_string(), "share": f.share, "quadrature_defect": f.defect })
+    });
+    json!({
+        "degree": lmax,
+        "coefficients": fit.coefficients.count(),
+        "bytes": series_bytes(lmax),
+        "mesh_bytes": mesh_bytes(fit.mesh_size),
+        "centre": fit.centre.to_array(),
+        "clearance": fit.clearance,
+        "not_star": folds,
+        "mean_radius": fit.coefficients.mean(),
+        "rms": error.rms,
+        "rms_by_parseval": fit.parseval,
+        "max": error.max,
+        "normal_mean_degrees": error.normal_mean.to_degrees(),
+        "normal_95_degrees": error.normal_95.to_degrees(),
+        "volume": error.volume[1],
+        "mesh_volume": error.volume[0],
+        "area": error.area[1],
+        "mesh_area": error.area[0],
+        "projection_seconds": fit.projection_time.as_secs_f64(),
+    })
+}
+
+fn points_json(fit: &PointFit) -> Value {
+    let lmax = fit.coefficients.lmax();
+    let standard_error = fit.standard_error();
+    json!({
+        "degree": lmax,
+        "coefficients": fit.coefficients.count(),
+        "bytes": series_bytes(lmax),
+        "points": fit.count,
+        "centre": fit.centre.to_array(),
+        "mean_radius": fit.coefficients.mean(),
+        "rms": fit.rms,
+        "max": fit.max,
+        "standard_error": standard_error.is_finite().then_some(standard_error),
+        "projection_seconds": fit.projection_time.as_secs_f64(),
+    })
+}
+
+fn mesh_pairs(fit: &MeshFit) -> Vec<(&'static str, String)> {
+    let [vertices, faces] = fit.mesh_size;
+    let error = &fit.error;
+    let storage = format!(
+        "{} in f32 against {} of the mesh ({vertices} vertices, {faces} faces)",
+        say::bytes(series_bytes(fit.coefficients.lmax())),
+        say::bytes(mesh_bytes(fit.mesh_size)),
+    );
+    let clears = match fit.clearance {
+        c if c > 0.0 => format!("every face clears it by {} m", say::significant(c, 3)),
+        c => format!("{} m behind a face", say::significant(-c, 3)),
+    };
+    let mean = fit.coefficients.mean();
+    let mut pairs = vec![
+        degree(&fit.coefficients),
+        ("storage", storage),
+        ("centre", format!("{}, {clears}", place(fit.centre))),
+    ];
+    if let Some(folds) = fit.folds {
+        let share =
+            format!("{:.3} % of the directions meet the mesh more than once", 100.0 * folds.share);
+        pairs.push(("folds", format!("{share}: the {} radius stands for them", folds.envelope)));
+    }
+    let named = |name: &str, [mesh, series]: [f64; 2], unit: &str| {
+        let (of_series, of_mesh) = (say::significant(series, 6), say::significant(mesh, 6));
+        format!(
+            "{of_series} {unit}, {name} {of_mesh} {unit}, {:+.3} %",
+            100.0 * (series / mesh - 1.0)
+        )
+    };
+    let target = if fit.folds.is_some() { "envelope" } else { "mesh" };
+    let parseval = fit
+        .parseval
+        .map_or(String::new(), |p| format!(" (by Parseval {})", say::percent(p / mean)));
+    pairs.extend([
+        mean_radius(&fit.coefficients),
+        ("RMS error", format!("{}{parseval}", relative(error.rms, mean))),
+        ("largest error", relative(error.max, mean)),
+        (
+            "normals",
+            format!(
+                "off by {} degrees in the mean, 95 % of the area below {}",
+                say::significant(error.normal_mean.to_degrees(), 3),
+                say::significant(error.normal_95.to_degrees(), 3)
+            ),
+        ),
+        ("volume", named(target, error.volume, "m3")),
+        ("area", named(target, error.area, "m2")),
+    ]);
+    pairs
+}
+
+fn points_pairs(fit: &PointFit) -> Vec<(&'static str, String)> {
+    let mean = fit.coefficients.mean();
+    let scatter = match fit.standard_error() {
+        e if e.is_finite() => format!("{}, if the points scatter independently", relative(e, mean)),
+        _ => "unknown: no more points than coefficients".to_owned(),
+    };
+    vec![
+        degree(&fit.coefficients),
+        ("points", fit.count.to_string()),
+        ("centre", place(fit.centre)),
+        mean_radius(&fit.coefficients),
+        ("RMS residual", relative(fit.rms, mean)),
+        ("largest", relative(fit.max, mean)),
+        ("standard error", scatter),
+    ]
+}
+
+fn degree(series: &Coefficients) -> (&'static str, String) {
+    ("degree", format!("{}, {} coefficients", series.lmax(), series.count()))
+}
+
+fn mean_radius(series: &Coefficients) -> (&'static str, String) {
+    ("mean radius", format!("{} m", say::significant(series.mean(), 7)))
+}
+
+fn place(centre: DVec3) -> String {
+    let [x, y, z] = centre.to_array().map(|v| say::significant(v, 4));
+    format!("({x}, {y}, {z}) m")
+}
+
+fn relative(length: f64, mean: f64) -> String {
+    format!("{} m, {}", say::significant(length, 3), say::percent(length / mean))
+}

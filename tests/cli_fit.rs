@@ -1,0 +1,393 @@
+//! `harmolux fit` as a user meets it: folds, points, filters, many meshes at once.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use harmolux::io::coefficients;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A folder to work in.
+struct Desk(TempDir);
+
+impl Desk {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a folder"))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn put(&self, name: &str, text: &str) {
+        fs::write(self.path(name), text).expect("written");
+    }
+
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    /// Everything in the folder; a folder in it has no bytes.
+    fn content(&self) -> BTreeMap<PathBuf, Vec<u8>> {
+        let entries = fs::read_dir(self.0.path()).expect("readable");
+        let paths = entries.map(|e| e.expect("readable").path());
+        paths.map(|path| (path.clone(), fs::read(&path).unwrap_or_default())).collect()
+    }
+
+    /// Runs `harmolux fit` with these words.
+    fn fit(&self, words: &str) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
+        command.current_dir(self.0.path()).arg("fit").args(words.split_whitespace());
+        command.output().expect("the tool starts")
+    }
+
+    fn done(&self, words: &str) -> String {
+        let output = self.fit(words);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        stdout(&output)
+    }
+
+    fn json(&self, words: &str) -> Value {
+        serde_json::from_str(&self.done(&format!("{words} --json"))).expect("JSON on stdout")
+    }
+
+    /// Runs what must be refused as bad input, in these words, without writing anything.
+    fn refused(&self, words: &str, says: &[&str]) {
+        let before = self.content();
+        let output = self.fit(words);
+        assert_eq!((code(&output), stdout(&output).as_str()), (3, ""), "{}", stderr(&output));
+        for say in says {
+            assert!(stderr(&output).contains(say), "`{say}` is missing in:\n{}", stderr(&output));
+        }
+        assert!(self.content() == before, "something was written");
+    }
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap_or(-1)
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn number(report: &Value, name: &str) -> f64 {
+    report[name].as_f64().unwrap_or_else(|| panic!("{name} in {report}"))
+}
+
+/// Writes a prism over a counter-clockwise polygon, whose caps are cut into the quadrilaterals `caps` (from 0).
+fn prism(corners: &[[f64; 2]], heights: [f64; 2], caps: &[[usize; 4]]) -> String {
+    let n = corners.len();
+    let mut text = String::new();
+    for z in heights {
+        for [x, y] in corners {
+            writeln!(text, "v {x} {y} {z}").expect("a String takes all");
+        }
+    }
+    let mut face = |corners: [usize; 4]| {
+        let [a, b, c, d] = corners.map(|i| i + 1);
+        writeln!(text, "f {a} {b} {c} {d}").expect("a String takes all");
+    };
+    for &[a, b, c, d] in caps {
+        face([d, c, b, a]);
+        face([a + n, b + n, c + n, d + n]);
+    }
+    for i in 0..n {
+        let j = (i + 1) % n;
+        face([i, j, j + n, i + n]);
+    }
+    text
+}
+
+/// A cube of side `2 a` about the origin.
+fn cube(a: f64) -> String {
+    prism(&[[-a, -a], [a, -a], [a, a], [-a, a]], [-a, a], &[[0, 1, 2, 3]])
+}
+
+/// A cube of side 4 with a rail along its top that overhangs on both sides: star-shaped about no point.
+fn railed() -> String {
+    let corners = [
+        [-2.0, -2.0],
+        [2.0, -2.0],
+        [2.0, 2.0],
+        [0.1, 2.0],
+        [0.1, 2.1],
+        [0.3, 2.1],
+        [0.3, 2.2],
+        [-0.3, 2.2],
+        [-0.3, 2.1],
+        [-0.1, 2.1],
+        [-0.1, 2.0],
+        [-2.0, 2.0],
+    ];
+    let caps = [[0, 1, 2, 3], [0, 3, 10, 11], [3, 4, 9, 10], [4, 5, 6, 7], [4, 7, 8, 9]];
+    prism(&corners, [-2.0, 2.0], &caps)
+}
+
+/// Points of the ellipsoid with half axes 1, 2 and 3, on a spiral from pole to pole.
+fn ellipsoid(count: usize) -> String {
+    let mut text = String::from("x,y,z,weight\n");
+    for i in 0..count {
+        let z = 1.0 - (2 * i + 1) as f64 / count as f64;
+        let (s, phi) = ((1.0 - z * z).sqrt(), 2.399_963 * i as f64);
+        writeln!(text, "{},{},{},1", s * phi.cos(), 2.0 * s * phi.sin(), 3.0 * z).expect("text");
+    }
+    text
+}
+
+// Folds.
+
+#[test]
+fn a_folded_mesh_is_refused_with_the_flag_that_fits_it() {
+    let desk = Desk::new();
+    desk.put("rail.obj", &railed());
+    let words =
+        ["rail.obj: the mesh is not star-shaped", "no centre sees all", "--not-star outermost"];
+    desk.refused("rail.obj -l 8 -o a.txt", &words);
+    let words = ["% of the directions from [", "more than the 0.01 % that are accepted"];
+    desk.refused("rail.obj -l 8 -o a.txt --not-star first --not-star-limit 0.01", &words);
+    let words = ["does not surround the centre", "give one"];
+    desk.refused("rail.obj -l 8 -o a.txt --not-star first --centre 9,0,0", &words);
+}
+
+#[test]
+fn envelopes_of_a_folded_mesh_are_fitted_in_their_order() {
+    let desk = Desk::new();
+    desk.put("rail.obj", &railed());
+    let fits = ["first", "mean", "outermost"].map(|envelope| {
+        desk.json(&format!("rail.obj -l 16 -o {envelope}.txt --not-star {envelope} --centre 0,0,0"))
+    });
+    let volumes = fits.each_ref().map(|fit| number(fit, "mesh_volume"));
+    assert!(volumes[0] < volumes[1] && volumes[1] < volumes[2], "{volumes:?}");
+    // The mesh itself, 64 + 0.08 + 0.24 m3, is between what is cut and what is filled.
+    assert!(volumes[0] < 64.32 && 64.32 < volumes[2], "{volumes:?}");
+    for fit in &fits {
+        let folds = &fit["not_star"];
+        // What the rail overhangs is seen within 2 atan(0.3/2.1) by 2 atan(2/2.1), a few hundredths of the sphere at the most.
+        assert!(number(folds, "share") > 0.0 && number(folds, "share") < 0.03, "{folds}");
+        assert!(number(folds, "quadrature_defect") <= 1e-4, "{folds}");
+        // The error against the envelope is that of truncation alone: Parseval knows nothing of folds.
+        let [rms, parseval] = ["rms", "rms_by_parseval"].map(|name| number(fit, name));
+        assert!((rms / parseval - 1.0).abs() <= 0.01, "{fit}");
+    }
+    let text = desk.done("rail.obj -l 8 -o a.txt --not-star outermost");
+    assert!(
+        text.contains("% of the directions meet the mesh more than once: the outermost radius"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_star_shaped_mesh_is_fitted_as_ever_under_not_star() {
+    let desk = Desk::new();
+    desk.put("cube.obj", &cube(1.0));
+    desk.done("cube.obj -l 6 -o a.txt");
+    let fit = desk.json("cube.obj -l 6 -o b.txt --not-star mean");
+    assert_eq!((desk.text("a.txt"), &fit["not_star"]), (desk.text("b.txt"), &Value::Null));
+}
+
+// Errors of a fit, filters, degrees.
+
+#[test]
+fn a_fit_states_its_errors_of_radius_normal_volume_and_area() {
+    let desk = Desk::new();
+    desk.put("cube.obj", &cube(1.0));
+    let fit = desk.json("cube.obj -l 12 -o a.txt");
+    assert!((number(&fit, "mesh_volume") - 8.0).abs() <= 1e-9, "{fit}");
+    assert!((number(&fit, "mesh_area") - 24.0).abs() <= 1e-9, "{fit}");
+    // Degree 12 rounds edges and corners.
+    assert!((number(&fit, "volume") / 8.0 - 1.0).abs() <= 0.01, "{fit}");
+    assert!((number(&fit, "area") / 24.0 - 1.0).abs() <= 0.05, "{fit}");
+    let [mean, most] = ["normal_mean_degrees", "normal_95_degrees"].map(|name| number(&fit, name));
+    assert!(mean > 1.0 && most > mean && most < 60.0, "{fit}");
+    assert!((number(&fit, "rms") / number(&fit, "rms_by_parseval") - 1.0).abs() <= 0.01, "{fit}");
+    let text = desk.done("cube.obj -l 12 -o a.txt");
+    for word in ["normals ", "volume ", "area ", "(by Parseval "] {
+        assert!(text.contains(word), "`{word}` is missing in:\n{text}");
+    }
+}
+
+#[test]
+fn filters_damp_degrees_and_are_off_by_default() {
+    let desk = Desk::new();
+    desk.put("cube.obj", &cube(1.0));
+    desk.done("cube.obj -l 8 -o plain.txt");
+    desk.done("cube.obj -l 8 -o heat.txt --filter heat=0.01");
+    let lanczos = desk.json("cube.obj -l 8 -o lanczos.txt --filter lanczos");
+    assert_eq!(lanczos["filter"], "lanczos");
+    let read = |name| {
+        coefficients::read(&desk.path(name), &coefficients::ReadOptions::default())
+            .expect("readable")
+            .coefficients
+    };
+    let [plain, heat, lanczos] = ["plain.txt", "heat.txt", "lanczos.txt"].map(read);
+    for l in [0_usize, 4, 8] {
+        let ours = plain.degree_deviation(l);
+        let x = std::f64::consts::PI * l as f64 / 9.0;
+        let sinc = if l == 0 { 1.0 } else { x.sin() / x };
+        assert!((lanczos.degree_deviation(l) - sinc * ours).abs() <= 1e-14);
+        let cooled = (-0.01 * (l * (l + 1)) as f64).exp() * ours;
+        assert!((heat.degree_deviation(l) - cooled).abs() <= 1e-14);
+    }
+    for wrong in [
+        "--filter box",
+        "--filter heat=-1",
+        "--not-star-limit 3",
+        "--not-star first --not-star-limit 200",
+    ] {
+        assert_eq!(code(&desk.fit(&format!("cube.obj -l 8 -o a.txt {wrong}"))), 2, "{wrong}");
+    }
+}
+
+#[test]
+fn degrees_from_0_to_300_are_fitted() {
+    let desk = Desk::new();
+    desk.put("cube.obj", &cube(1.0));
+    let mut last = f64::INFINITY;
+    for degree in [0, 1, 95, 96, 300] {
+        let fit = desk.json(&format!("cube.obj -l {degree} -o a.txt"));
+        let rms = number(&fit, "rms");
+        assert!(
+            rms <= last && (rms / number(&fit, "rms_by_parseval") - 1.0).abs() <= 0.01,
+            "{fit}"
+        );
+        last = rms;
+    }
+}
+
+// Points.
+
+#[test]
+fn points_are_fitted_by_least_squares() {
+    let desk = Desk::new();
+    desk.put("scan.csv", &ellipsoid(2000));
+    let fit = desk.json("scan.csv -l 16 -o a.txt");
+    assert_eq!(
+        (&fit["points"], &fit["centre"]),
+        (&2000.into(), &serde_json::json!([0.0, 0.0, 0.0]))
+    );
+    // Degree 16 leaves some 1e-3 of this ellipsoid.
+    assert!(number(&fit, "rms") <= 5e-3 * number(&fit, "mean_radius"), "{fit}");
+    assert!(number(&fit, "standard_error") < number(&fit, "rms"), "{fit}");
+    // r(+z) is the half axis.
+    let shape = coefficients::read(&desk.path("a.txt"), &coefficients::ReadOptions::default())
+        .expect("readable")
+        .coefficients;
+    let up: f64 = (0..=16).map(|l| shape.get(l, 0).0).sum();
+    assert!((up - 3.0).abs() <= 0.02, "{up}");
+    let text = desk.done("scan.csv -l 4 -o b.txt --lambda 1e-6 --unit mm");
+    assert!(text.contains("RMS residual") && text.contains("points          2000"), "{text}");
+}
+
+#[test]
+fn points_that_cannot_be_fitted_are_refused() {
+    let desk = Desk::new();
+    desk.put("few.xyz", "1 0 0\n0 1 0\n0 0 1\n");
+    let words =
+        ["few.xyz: 3 samples cannot determine the 16 coefficients", "to 0 or less", "lambda"];
+    desk.refused("few.xyz -l 3 -o a.txt --centre 0,0,0", &words);
+    desk.refused("few.xyz -l 0 -o a.txt --projection grid", &["have no faces", "least squares"]);
+    desk.refused("few.xyz -l 200 -o a.txt --lambda 1", &["GB; the highest degree is 100"]);
+    desk.put("bad.xyz", "1 0 0\n0 one 0\n");
+    desk.refused("bad.xyz -l 0 -o a.txt", &["bad.xyz:2:3: `one` is not a finite number", "help: "]);
+    desk.put("empty.csv", "");
+    desk.refused("empty.csv -l 0 -o a.txt", &["no point stands in this file"]);
+    desk.refused("none.csv -l 0 -o a.txt", &["none.csv: cannot read"]);
+}
+
+#[test]
+fn least_squares_over_the_vertices_of_a_mesh_come_close() {
+    let desk = Desk::new();
+    let head = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj").display().to_string();
+    let exact = desk.json(&format!("{head} -l 8 -o a.txt"));
+    let fit = desk.json(&format!("{head} -l 8 -o b.txt --projection least-squares"));
+    assert_eq!(fit["rms_by_parseval"], Value::Null);
+    let [a, b] = [&exact, &fit].map(|fit| number(fit, "rms"));
+    // The exact projection has the least error; least squares over 16 331 vertices comes within a part in a thousand.
+    assert!(a <= b && b <= 1.001 * a, "{a} {b}");
+}
+
+// Many meshes.
+
+#[test]
+fn many_meshes_are_fitted_into_a_folder_and_bad_ones_reported() {
+    let desk = Desk::new();
+    for (name, side) in [("a.obj", 1.0), ("b.obj", 2.0), ("c.obj", 3.0)] {
+        desk.put(name, &cube(side));
+    }
+    desk.put("rail.obj", &railed());
+    desk.put("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    desk.put("scan.xyz", &ellipsoid(100));
+    let words = "a.obj rail.obj b.obj open.obj gone.obj c.obj scan.xyz -l 4";
+    let tables = [1, 2].map(|threads| {
+        let output = desk.fit(&format!("{words} -o out{threads} -j {threads}"));
+        assert_eq!(code(&output), 3, "{}", stderr(&output));
+        let said = stderr(&output);
+        for word in [
+            "error: rail.obj: the mesh is not star-shaped",
+            "error: open.obj: the mesh does not enclose a volume",
+            "error: gone.obj: cannot read",
+            "error: 3 of 7 could not be fitted: rail.obj, open.obj, gone.obj",
+        ] {
+            assert!(said.contains(word), "`{word}` is missing in:\n{said}");
+        }
+        assert!(stdout(&output).contains("| not fitted |"), "{}", stdout(&output));
+        let table = desk.text(&format!("out{threads}/fits.csv"));
+        assert_eq!(fs::read_dir(desk.path(&format!("out{threads}"))).expect("there").count(), 5);
+        table
+    });
+    for name in ["a.txt", "b.txt", "c.txt", "scan.txt"] {
+        assert_eq!(desk.text(&format!("out1/{name}")), desk.text(&format!("out2/{name}")));
+    }
+    let mut rows = csv::Reader::from_reader(tables[0].as_bytes());
+    let mut place = |name| rows.headers().expect("a header").iter().position(|h| h == name);
+    let [name, mean, error, volume] =
+        ["name", "mean_radius", "error", "mesh_volume"].map(|n| place(n).expect("a column"));
+    let rows: Vec<csv::StringRecord> = rows.records().map(|r| r.expect("a row")).collect();
+    assert_eq!(rows.len(), 7);
+    for row in &rows {
+        assert_eq!(row[mean].is_empty(), !row[error].is_empty(), "{row:?}");
+    }
+    assert_eq!(
+        (&rows[2][name], rows[2][volume].parse::<f64>().expect("a number").round()),
+        ("b.obj", 64.0)
+    );
+}
+
+#[test]
+fn many_meshes_answer_in_json_and_again() {
+    let desk = Desk::new();
+    desk.put("a.obj", &cube(1.0));
+    desk.put("b.obj", &cube(2.0));
+    for _ in 0..2 {
+        let report = desk.json("a.obj b.obj -l 2 -o out");
+        assert_eq!(report["rows"][1]["name"], "b.obj");
+        let [a, b] = [0, 1].map(|i| number(&report["rows"][i], "mean_radius"));
+        assert!((b / a - 2.0).abs() <= 1e-12 && report["rows"][0]["error"] == Value::Null);
+    }
+    // One mesh into a folder is many, too: a pattern of the shell may match one.
+    desk.done("a.obj -l 2 -o single");
+    assert!(desk.path("single/a.txt").exists() && desk.path("single/fits.csv").exists());
+}
+
+#[test]
+fn many_meshes_replace_nothing_of_others_and_collide_not() {
+    let desk = Desk::new();
+    desk.put("a.obj", &cube(1.0));
+    desk.put("a.xyz", "1 0 0\n");
+    desk.put("b.obj", &cube(2.0));
+    desk.refused("a.obj a.xyz -l 0 -o out", &["a.obj and a.xyz would both be written to"]);
+    fs::create_dir(desk.path("out")).expect("made");
+    desk.put("out/b.txt", "mine");
+    desk.refused("a.obj b.obj -l 2 -o out", &["not written by this program", "--force"]);
+    assert_eq!(desk.text("out/b.txt"), "mine");
+    desk.refused("a.obj b.obj -l 2 -o out/b.txt", &["cannot create"]);
+    desk.done("a.obj b.obj -l 2 -o out --force");
+}
