@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
+use harmolux::Error;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
-use super::{fit, illum, info, render, sweep};
+use super::{fit, illum, info, mean, random, render, sweep, transform};
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
 #[derive(Debug, Parser)]
@@ -15,10 +16,10 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) verb: Verb,
     /// Use this many threads instead of one per core; results do not depend on it
-    #[arg(short = 'j', long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(short = 'j', long, global = true, display_order = 900, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// Print the result as JSON on stdout
-    #[arg(long, global = true)]
+    #[arg(long, global = true, display_order = 901)]
     pub(crate) json: bool,
 }
 
@@ -39,6 +40,9 @@ pub(crate) enum Verb {
     Fit(fit::Fit),
     Info(info::Info),
     Sweep(sweep::Sweep),
+    Transform(Box<transform::Transform>),
+    Mean(mean::Mean),
+    Random(random::Random),
 }
 
 /// What verbs that run a scene have in common
@@ -124,10 +128,61 @@ pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
 
 /// Reads a value of the command line.
 pub(crate) fn point(text: &str) -> Result<DVec3, String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok(DVec3::new(x, y, z)),
-        _ => Err("write three numbers, such as 0.1,0,-0.2".into()),
+    numbers(text)
+        .map(DVec3::from_array)
+        .map_err(|_| "write three numbers, such as 0.1,0,-0.2".to_owned())
+}
+
+/// Reads a value of the command line.
+pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let wrong = || format!("write {N} numbers with commas between them");
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite()))
+        .collect::<Option<_>>()
+        .ok_or_else(wrong)?;
+    numbers.try_into().map_err(|_| wrong())
+}
+
+/// Numbers by name, as written: sigma=0.2,nu=3.3.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Settings(Vec<(String, f64)>);
+
+/// Reads a value of the command line.
+pub(crate) fn settings(text: &str) -> Result<Settings, String> {
+    let setting = |part: &str| {
+        let (name, value) = part.split_once('=')?;
+        let value = value.trim().parse().ok().filter(|v: &f64| v.is_finite())?;
+        Some((name.trim().to_owned(), value))
+    };
+    let all = text.split(',').map(setting).collect::<Option<_>>();
+    all.map(Settings).ok_or_else(|| "write name=number pairs, such as sigma=0.2,nu=3.3".into())
+}
+
+impl Settings {
+    /// Gives the values of the known names in their order; one without default must be there.
+    pub(crate) fn values<const N: usize>(
+        &self,
+        known: [(&str, Option<f64>); N],
+    ) -> Result<[f64; N], Error> {
+        let names = || known.map(|(name, _)| name).join(", ");
+        for (i, (name, _)) in self.0.iter().enumerate() {
+            if !known.iter().any(|(k, _)| k == name) {
+                let text = format!("there is no setting `{name}` here: use {}", names());
+                return Err(Error::Parameter(text));
+            }
+            if self.0[..i].iter().any(|(earlier, _)| earlier == name) {
+                return Err(Error::Parameter(format!("the setting `{name}` is given twice")));
+            }
+        }
+        let mut values = [0.0; N];
+        for (value, (name, default)) in values.iter_mut().zip(known) {
+            let given = self.0.iter().find(|(n, _)| n == name).map(|(_, v)| *v);
+            *value = given.or(default).ok_or_else(|| {
+                Error::Parameter(format!("the setting `{name}` is missing: write {name}=NUMBER"))
+            })?;
+        }
+        Ok(values)
     }
 }
 
@@ -168,5 +223,24 @@ mod tests {
         assert!(size("0x3").is_err() && size("320").is_err());
         assert_eq!(point("1, -2,0.5"), Ok(DVec3::new(1.0, -2.0, 0.5)));
         assert!(point("1,2").is_err() && point("1,2,nan").is_err());
+        assert_eq!(numbers("1,-2e3"), Ok([1.0, -2e3]));
+        assert!(numbers::<2>("1,,2").is_err() && numbers::<0>("").is_err());
+    }
+
+    #[test]
+    fn settings_are_found_by_name() {
+        let given = settings("nu=3.3, sigma=0.2").expect("pairs");
+        let known = [("sigma", None), ("nu", None), ("first", Some(2.0))];
+        assert_eq!(given.values(known).expect("all there"), [0.2, 3.3, 2.0]);
+        for (text, says) in [
+            ("nu=1", "`sigma` is missing"),
+            ("sigma=1,nu=1,nu=2", "given twice"),
+            ("sigma=1,mu=1", "no setting `mu` here: use sigma, nu, first"),
+        ] {
+            let error = settings(text).expect("pairs").values(known).expect_err("wrong");
+            assert!(error.to_string().contains(says), "{error}");
+        }
+        assert!(settings("sigma").is_err() && settings("sigma=x").is_err());
+        assert!(settings("sigma=inf").is_err());
     }
 }

@@ -8,10 +8,14 @@ mod fit_report;
 mod illum;
 mod info;
 mod interrupt;
+mod mean;
 mod progress;
+mod random;
 mod render;
 mod say;
+mod shape_file;
 mod sweep;
+mod transform;
 
 use std::process::ExitCode;
 
@@ -31,6 +35,9 @@ fn main() -> ExitCode {
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),
         Verb::Sweep(verb) => sweep::run(verb, arguments.json),
+        Verb::Transform(verb) => transform::run(verb, arguments.json),
+        Verb::Mean(verb) => mean::run(verb, arguments.json),
+        Verb::Random(verb) => random::run(verb, arguments.json),
     };
     match done {
         Ok(code) => code.into(),

@@ -6,4 +6,5 @@ pub mod meshes;
 pub mod output;
 pub mod points;
 pub mod scene_file;
+pub mod spectra;
 pub mod tables;

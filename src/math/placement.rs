@@ -5,6 +5,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use super::rotation::orthonormalised;
 use crate::{Error, Result};
 
 /// Carries points and directions from local space into the world: first rotates, then scales, then moves.
@@ -112,11 +113,6 @@ impl Placement {
             translation: outer.apply(self.translation),
         }
     }
-}
-
-/// Takes one Newton step towards the nearest orthogonal matrix; a defect of 1e-15 goes down to rounding.
-fn orthonormalised(m: DMat3) -> DMat3 {
-    m * (1.5 * DMat3::IDENTITY - 0.5 * (m.transpose() * m))
 }
 
 #[cfg(test)]

@@ -9,8 +9,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
-use super::transform::{Grid, synthesis};
-use super::{Coefficients, rotation_derivatives};
+use super::{Coefficients, Grid, Transform, rotation_derivatives, synthesis};
 use crate::Result;
 
 /// Holds bounds that are true everywhere on the sphere.
@@ -57,10 +56,10 @@ impl Bounds {
 }
 
 /// Bounds f itself, on a finer grid and about its mid-range: |f - c| <= max |sample - c| / cos^2(pi lmax / n), n = 16 lmax.
-fn range(f: &Coefficients) -> Result<(f64, f64)> {
+pub(super) fn range(f: &Coefficients) -> Result<(f64, f64)> {
     let degree = f.lmax();
     let half = 8 * degree.max(1);
-    let samples = synthesis(f, &Grid::equispaced(half))?;
+    let samples = synthesis(f, &Grid::equispaced(half, 2 * half))?;
     let low = samples.iter().copied().fold(f64::INFINITY, f64::min);
     let high = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let centre = 0.5 * (low + high);
@@ -79,10 +78,11 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Synthesises several series on one equispaced grid and hands their values out sample by sample.
 fn synthesised<const N: usize>(series: &[Coefficients], half: usize) -> Result<Vec<[f64; N]>> {
-    let grid = Grid::equispaced(half);
+    let grid = Grid::equispaced(half, 2 * half);
     let mut samples = vec![[0.0; N]; grid.len()];
+    let transform = Transform::new(series.first().map_or(0, Coefficients::lmax), grid)?;
     for (k, one) in series.iter().enumerate().take(N) {
-        for (sample, value) in samples.iter_mut().zip(synthesis(one, &grid)?) {
+        for (sample, value) in samples.iter_mut().zip(transform.synthesis(one)?) {
             sample[k] = value;
         }
     }

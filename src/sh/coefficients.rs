@@ -92,6 +92,15 @@ impl Coefficients {
         &self.b
     }
 
+    /// Gives A_lm and B_lm of one order, degree after degree from l = m.
+    pub(super) fn column(&self, m: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
+        (m..=self.lmax).scan(index(m, m), |place, l| {
+            let i = *place;
+            *place += l + 1;
+            Some((self.a[i], self.b[i]))
+        })
+    }
+
     /// Gives the mean value over the sphere, A_00.
     pub fn mean(&self) -> f64 {
         self.a[0]

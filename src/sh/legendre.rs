@@ -169,6 +169,12 @@ fn complex_product([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a * c - b * d, a * d + b * c]
 }
 
+/// Adds the lanes in one fixed order, the same on every instruction set.
+#[inline(always)]
+pub(super) fn sum(v: Lanes) -> f64 {
+    ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]))
+}
+
 #[cfg(test)]
 mod tests {
     use fearless_simd::dispatch;

@@ -53,22 +53,6 @@ impl Moments {
         }
     }
 
-    /// Adds a whole ring at z = cos(theta), s = sin(theta): `cosines[m]` and `sines[m]` hold the sums of weight times cos and sin
-    /// of m phi over its nodes.
-    pub(super) fn add_ring(&mut self, z: f64, s: f64, cosines: &[f64], sines: &[f64]) {
-        let mut power = 1.0;
-        for block in blocks(self.recurrence.lmax()) {
-            let (mut a, mut b) = ([0.0; LANES], [0.0; LANES]);
-            for (lane, m) in (block.first..cosines.len()).take(LANES).enumerate() {
-                (a[lane], b[lane]) = (power * cosines[m], power * sines[m]);
-                power *= s;
-            }
-            dispatch!(self.level, simd => {
-                self.add_block(simd, block, z, [a.simd_into(simd), b.simd_into(simd)]);
-            });
-        }
-    }
-
     #[inline(always)]
     fn add_block<S: Simd>(&mut self, simd: S, block: Block, z: f64, [a, b]: [f64x8<S>; 2]) {
         let mut rows = self.sums[block.row..].iter_mut();

@@ -3,13 +3,20 @@
 //! The series is evaluated as the polynomial F(x, y, z) = sum_m sum_l R_l^m(z) Re[(A_lm - i B_lm)(x + iy)^m], see `legendre`. Its
 //! Cartesian gradient, made tangential, is the surface gradient; d R_l^m / dz = -sqrt((l-m)(l+m+1)) R_l^(m+1).
 
+use std::sync::OnceLock;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f64x8};
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::Coefficients;
-use super::legendre::{Block, LANES, Lanes, MAX_DEGREE, Powers, Recurrence, blocked, blocks};
+use super::batch::Batch;
+use super::legendre::{Block, LANES, Lanes, MAX_DEGREE, Powers, Recurrence, blocked, blocks, sum};
 use crate::{Error, Result};
+
+/// Directions that one task evaluates.
+const PER_TASK: usize = 1024;
 
 /// Evaluates a series at directions; built once from its coefficients.
 ///
@@ -32,6 +39,8 @@ pub struct Series {
     values: Vec<[Lanes; 2]>,
     /// Per row: what R_l^m contributes to d/dz, that is -sqrt((l-m+1)(l+m)) times A and B of (l, m-1).
     slopes: Vec<[Lanes; 2]>,
+    /// For many directions at once; made when first asked for.
+    batch: OnceLock<Batch>,
     level: Level,
 }
 
@@ -61,18 +70,11 @@ impl Series {
             let b = blocked(lmax, |l, m| entry(l, m).1);
             a.into_iter().zip(b).map(|(a, b)| [a, b]).collect()
         };
-        let slope = |l: usize, m: usize| {
-            if m == 0 {
-                return (0.0, 0.0);
-            }
-            let k = -(((l + 1 - m) * (l + m)) as f64).sqrt();
-            let (a, b) = coefficients.get(l, m - 1);
-            (k * a, k * b)
-        };
         Ok(Self {
             recurrence: Recurrence::new(lmax),
             values: pair(&|l, m| coefficients.get(l, m)),
-            slopes: pair(&slope),
+            slopes: pair(&|l, m| slope(coefficients, l, m)),
+            batch: OnceLock::new(),
             coefficients: coefficients.clone(),
             level: Level::new(),
         })
@@ -93,6 +95,29 @@ impl Series {
         dispatch!(self.level, simd => self.jet_simd(simd, direction))
     }
 
+    /// Evaluates f at many unit vectors, on all threads; the same to rounding as [`Series::value`] at each, and several times as fast.
+    pub fn values(&self, directions: &[DVec3]) -> Vec<f64> {
+        let mut values = vec![0.0; directions.len()];
+        values
+            .par_chunks_mut(PER_TASK)
+            .zip(directions.par_chunks(PER_TASK))
+            .for_each(|(values, directions)| self.batch().values(directions, values));
+        values
+    }
+
+    /// Evaluates f and its surface gradient at many unit vectors, on all threads; see [`Series::values`].
+    pub fn jets(&self, directions: &[DVec3]) -> Vec<Jet> {
+        let mut jets = vec![Jet { value: 0.0, gradient: DVec3::ZERO }; directions.len()];
+        jets.par_chunks_mut(PER_TASK)
+            .zip(directions.par_chunks(PER_TASK))
+            .for_each(|(jets, directions)| self.batch().jets(directions, jets));
+        jets
+    }
+
+    fn batch(&self) -> &Batch {
+        self.batch.get_or_init(|| Batch::new(&self.coefficients))
+    }
+
     #[inline(always)]
     fn value_simd<S: Simd>(&self, simd: S, w: DVec3) -> f64 {
         let mut powers = Powers::new(simd, w.x, w.y);
@@ -102,7 +127,7 @@ impl Series {
             total += powers.re * a + powers.im * b;
             powers.advance();
         }
-        sum(total)
+        sum(total.into())
     }
 
     #[inline(always)]
@@ -139,8 +164,8 @@ impl Series {
             orders += LANES as f64;
             powers.advance();
         }
-        let full = DVec3::new(sum(fx), sum(fy), sum(fz));
-        Jet { value: sum(f), gradient: full - w * w.dot(full) }
+        let full = DVec3::new(sum(fx.into()), sum(fy.into()), sum(fz.into()));
+        Jet { value: sum(f.into()), gradient: full - w * w.dot(full) }
     }
 
     /// Sums one block over degrees: sum_l A_lm R_l^m and sum_l B_lm R_l^m.
@@ -162,23 +187,16 @@ impl Series {
         );
         [a, b]
     }
+}
 
-    /// Sums over degrees at z = cos(theta), s = sin(theta): for each order m the cosine and sine amplitudes of f on that ring,
-    /// written to `cosines` and `sines` (lmax + 1 entries each).
-    pub(super) fn ring(&self, z: f64, s: f64, cosines: &mut [f64], sines: &mut [f64]) {
-        let mut power = 1.0;
-        for block in blocks(self.recurrence.lmax()) {
-            let [a, b] = dispatch!(self.level, simd => {
-                self.amplitudes(simd, block, z).map(Lanes::from)
-            });
-            let outputs = cosines[block.first..].iter_mut().zip(&mut sines[block.first..]);
-            for (lane, (cosine, sine)) in outputs.enumerate().take(LANES) {
-                *cosine = power * a[lane];
-                *sine = power * b[lane];
-                power *= s;
-            }
-        }
+/// Gives what (A, B) of (l, m - 1) contribute to d/dz by R_l^m, since d R_l^m / dz = -sqrt((l-m)(l+m+1)) R_l^(m+1).
+pub(super) fn slope(coefficients: &Coefficients, l: usize, m: usize) -> (f64, f64) {
+    if m == 0 {
+        return (0.0, 0.0);
     }
+    let k = -(((l + 1 - m) * (l + m)) as f64).sqrt();
+    let (a, b) = coefficients.get(l, m - 1);
+    (k * a, k * b)
 }
 
 /// Adds one row: coefficients times Legendre functions.
@@ -192,13 +210,6 @@ fn accumulate<S: Simd>(
 ) {
     *sum_a = f64x8::simd_from(simd, *a).mul_add(r, *sum_a);
     *sum_b = f64x8::simd_from(simd, *b).mul_add(r, *sum_b);
-}
-
-/// Adds the lanes in one fixed order, the same on every instruction set.
-#[inline(always)]
-fn sum<S: Simd>(lanes: f64x8<S>) -> f64 {
-    let v = Lanes::from(lanes);
-    ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]))
 }
 
 #[cfg(test)]
@@ -250,15 +261,30 @@ mod tests {
     }
 
     #[test]
-    fn ring_amplitudes_give_the_values() {
-        let f = random_series(13, 2);
-        let (theta, phi) = (0.8_f64, 2.1_f64);
-        let (mut a, mut b) = (vec![0.0; 14], vec![0.0; 14]);
-        f.ring(theta.cos(), theta.sin(), &mut a, &mut b);
-        let sum: f64 =
-            (0..14).map(|m| a[m] * (m as f64 * phi).cos() + b[m] * (m as f64 * phi).sin()).sum();
-        let w = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-        assert!((sum - f.value(w)).abs() <= 1e-14);
+    fn many_directions_are_evaluated_as_one() {
+        for (lmax, seed) in [(0, 1), (1, 2), (20, 3), (61, 4)] {
+            let f = random_series(lmax, seed);
+            let golden = 0.618_033_988_749_895;
+            let mut directions: Vec<DVec3> = (0..51)
+                .map(|i| {
+                    uniform_sphere([(f64::from(i) + 0.5) / 51.0, (f64::from(i) * golden).fract()])
+                })
+                .collect();
+            directions.extend([DVec3::Z, DVec3::NEG_Z, DVec3::X]);
+            for count in [0, 1, 8, 9, 17, directions.len()] {
+                let (values, jets) = (f.values(&directions[..count]), f.jets(&directions[..count]));
+                assert_eq!((values.len(), jets.len()), (count, count));
+                for ((w, value), jet) in directions.iter().zip(values).zip(jets) {
+                    let one = f.jet(*w);
+                    // Sums of lmax^2 terms of order 1/lmax, and as many times lmax for the gradient.
+                    let tolerance = 1e-15 * (8 + lmax * lmax) as f64;
+                    assert!((value - one.value).abs() <= tolerance);
+                    assert!((jet.value - one.value).abs() <= tolerance);
+                    let gap = (jet.gradient - one.gradient).length();
+                    assert!(gap <= tolerance * (1 + lmax) as f64, "{lmax} {w} {gap}");
+                }
+            }
+        }
     }
 
     #[test]

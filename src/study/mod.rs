@@ -5,6 +5,7 @@ mod fit;
 mod fit_points;
 mod grids;
 mod load;
+mod reshape;
 mod solids;
 mod sweep;
 
@@ -12,4 +13,5 @@ pub use batch::batch;
 pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
 pub use fit_points::{PointFit, fit_points};
 pub use load::{FittedObject, Loaded, SensorGroup, camera, load};
+pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
 pub use sweep::{SweepRow, sweep};

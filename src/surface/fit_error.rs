@@ -83,7 +83,7 @@ impl Evaluator {
         Ok(if coefficients.lmax() < GRIDDED_FROM {
             Self::Plain(Box::new(series))
         } else {
-            Self::Gridded(Box::new(GridSeries::new(series)))
+            Self::Gridded(Box::new(GridSeries::new(series)?))
         })
     }
 

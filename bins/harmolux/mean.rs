@@ -1,0 +1,120 @@
+//! `harmolux mean`: the mean of shapes.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::DVec3;
+use harmolux::io::coefficients::{self, Shape};
+use harmolux::sh::{Coefficients, Spectrum, difference, scatter, weighted_mean};
+use harmolux::{Error, Result};
+use serde_json::json;
+
+use super::arguments::SeriesHabits;
+use super::exit::Code;
+use super::{say, shape_file};
+
+/// Average shapes, and say how far each is from the mean
+///
+/// Radii are averaged about each shape's own expansion centre, in its own axes; recentre and align the shapes first where these are not
+/// comparable. Lower degrees are padded with zeros.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux mean rock-*.txt -o mean.txt
+  harmolux mean young.txt old.txt -o between.txt --weights 3,1")]
+pub(crate) struct Mean {
+    /// The shapes: coefficient files
+    #[arg(required = true)]
+    pub(crate) shapes: Vec<PathBuf>,
+    /// Where to write the mean shape
+    #[arg(short, long, value_name = "FILE.txt")]
+    pub(crate) output: PathBuf,
+    /// A positive weight for each shape, of any sum
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) weights: Option<Vec<f64>>,
+    #[command(flatten)]
+    pub(crate) habits: SeriesHabits,
+    /// Replace a file that another program wrote
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// Runs the verb.
+pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
+    let weights = weights(verb)?;
+    let output = shape_file::open(&verb.output, verb.force)?;
+    let read = |path: &PathBuf| coefficients::read(path, verb.habits.convention());
+    let shapes: Vec<Shape> = verb.shapes.iter().map(read).collect::<Result<_>>()?;
+    let members: Vec<(&Coefficients, f64)> =
+        shapes.iter().map(|s| &s.coefficients).zip(weights.iter().copied()).collect();
+    let mean = Shape { centre: centre(&shapes, &weights), ..Shape::new(weighted_mean(&members)?) };
+    let distances: Vec<f64> =
+        members.iter().map(|(f, _)| distance(f, &mean.coefficients)).collect();
+    shape_file::write(output, &mean)?;
+    let radius = mean.coefficients.mean();
+    let only: Vec<&Coefficients> = members.iter().map(|(f, _)| *f).collect();
+    let scatter =
+        (verb.weights.is_none() && only.len() > 1).then(|| scatter(&only, &mean.coefficients));
+    if as_json {
+        let rows = verb.shapes.iter().zip(&distances);
+        say::data(
+            &json!({
+                "shapes": shapes.len(),
+                "degree": mean.coefficients.lmax(),
+                "centre": mean.centre.to_array(),
+                "mean_radius": radius,
+                "scatter": scatter,
+                "distances": rows.map(|(path, d)| json!({ "shape": path, "rms": d })).collect::<Vec<_>>(),
+                "written": verb.output,
+            })
+            .to_string(),
+        );
+        return Ok(Code::Done);
+    }
+    let mut table = say::table(&["shape", "RMS distance, m", "of the mean radius"]);
+    for (path, d) in verb.shapes.iter().zip(&distances) {
+        table.add_row([
+            path.display().to_string(),
+            say::significant(*d, 4),
+            say::percent(d / radius),
+        ]);
+    }
+    say::data(&table.to_string());
+    say::pairs(&[
+        ("mean of", format!("{} shapes, degree {}", shapes.len(), mean.coefficients.lmax())),
+        ("mean radius", format!("{} m", say::significant(radius, 7))),
+        (
+            "scatter",
+            scatter.map_or("needs two shapes of equal weight".into(), |s| {
+                format!("{} m, {}", say::significant(s, 4), say::percent(s / radius))
+            }),
+        ),
+        ("written", verb.output.display().to_string()),
+    ]);
+    Ok(Code::Done)
+}
+
+fn weights(verb: &Mean) -> Result<Vec<f64>> {
+    let count = verb.shapes.len();
+    match &verb.weights {
+        Some(weights) if weights.len() != count => Err(Error::Parameter(format!(
+            "{count} shapes need {count} weights, found {}",
+            weights.len()
+        ))),
+        Some(weights) => Ok(weights.clone()),
+        None => Ok(vec![1.0; count]),
+    }
+}
+
+/// Averages the expansion centres, so that shapes about one point keep it.
+fn centre(shapes: &[Shape], weights: &[f64]) -> DVec3 {
+    let first = shapes.first().map_or(DVec3::ZERO, |s| s.centre);
+    let total: f64 = weights.iter().sum();
+    let offsets = shapes.iter().zip(weights).map(|(s, w)| w / total * (s.centre - first));
+    first + offsets.sum::<DVec3>()
+}
+
+/// Gives the radial RMS distance of two series.
+fn distance(a: &Coefficients, b: &Coefficients) -> f64 {
+    let powers = Spectrum::of(&difference(a, b));
+    powers.degrees().iter().map(|d| d.power).sum::<f64>().sqrt()
+}
