@@ -2,14 +2,16 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use harmolux::Error;
+use harmolux::io::coefficients::{ReadOptions, SeriesFormat, Tolerance};
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
 use super::repairs::Repairs;
 use super::{
-    check, diff, fit, illum, info, mean, mesh, random, render, spectrum, sweep, transform,
+    check, convert, diff, fit, illum, info, mean, mesh, random, render, spectrum, sweep, transform,
 };
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
@@ -33,6 +35,7 @@ Examples:
   harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
+  harmolux convert head.txt head.bshc                    coefficients in another format
   harmolux sweep data/head.obj -l 4,8,16,32,64 -o out    what each degree costs and buys
   harmolux spectrum head.txt --plot                      how much each degree carries
   harmolux mesh head.txt -o head.ply                     coefficients become a mesh
@@ -47,6 +50,7 @@ pub(crate) enum Verb {
     Check(check::Check),
     Fit(fit::Fit),
     Info(info::Info),
+    Convert(convert::Convert),
     Sweep(sweep::Sweep),
     Spectrum(spectrum::Spectrum),
     Diff(diff::Diff),
@@ -90,11 +94,27 @@ pub(crate) struct MeshHabits {
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 pub(crate) enum UnitName {
+    Km,
     #[default]
     M,
     Cm,
     Mm,
+    Um,
     In,
+}
+
+impl UnitName {
+    /// Gives the length of the unit, metres.
+    pub(crate) const fn metres(self) -> f64 {
+        match self {
+            Self::Km => 1000.0,
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Mm => 0.001,
+            Self::Um => 1e-6,
+            Self::In => 0.0254,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
@@ -121,6 +141,49 @@ impl SeriesHabits {
     pub(crate) fn convention(&self) -> Option<Convention> {
         let phase = self.csphase.unwrap_or_default();
         self.normalisation.map(|normalisation| Convention { normalisation, phase })
+    }
+}
+
+/// How a coefficient file is to be read
+#[derive(Debug, Args)]
+pub(crate) struct SeriesReading {
+    /// The format of the coefficient file [default: told by its content]
+    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    pub(crate) from: Option<SeriesFormat>,
+    #[command(flatten)]
+    pub(crate) habits: SeriesHabits,
+    /// The unit of a coefficient file that does not state it [default: m]
+    #[arg(long, value_enum)]
+    pub(crate) unit: Option<UnitName>,
+    /// The row of a table that holds several shapes, counted from 1
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) row: Option<u32>,
+}
+
+impl SeriesReading {
+    /// Gives what is said of the file.
+    pub(crate) fn options(&self) -> ReadOptions {
+        ReadOptions {
+            format: self.from,
+            convention: self.habits.convention(),
+            unit: self.unit.map(UnitName::metres),
+            row: self.row.map(|row| row as usize),
+        }
+    }
+}
+
+/// Reads the name of a format of coefficients.
+pub(crate) fn formats() -> impl TypedValueParser<Value = SeriesFormat> {
+    let names = SeriesFormat::ALL.map(SeriesFormat::name);
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<SeriesFormat>())
+}
+
+/// Reads a value of the command line: a part of the mean radius, or a length with its unit.
+pub(crate) fn tolerance(text: &str) -> Result<Tolerance, String> {
+    match text.trim().parse::<f64>() {
+        Ok(part) if part.is_finite() && part > 0.0 => Ok(Tolerance::OfMeanRadius(part)),
+        Ok(_) => Err("write a positive part of the mean radius, such as 1e-3".to_owned()),
+        Err(_) => length(text).map(Tolerance::Metres),
     }
 }
 
@@ -259,6 +322,11 @@ mod tests {
         assert_eq!(size("320x240"), Ok([320, 240]));
         assert!(size("0x3").is_err() && size("320").is_err());
         assert_eq!(point("1, -2,0.5"), Ok(DVec3::new(1.0, -2.0, 0.5)));
+        assert_eq!(tolerance("1e-3"), Ok(Tolerance::OfMeanRadius(1e-3)));
+        assert!(
+            matches!(tolerance("0.5mm"), Ok(Tolerance::Metres(x)) if (x - 5e-4).abs() <= 1e-18)
+        );
+        assert!(tolerance("0").is_err() && tolerance("mm").is_err());
         assert!(point("1,2").is_err() && point("1,2,nan").is_err());
         assert_eq!(numbers("1,-2e3"), Ok([1.0, -2e3]));
         assert!(numbers::<2>("1,,2").is_err() && numbers::<0>("").is_err());

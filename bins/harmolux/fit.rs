@@ -5,24 +5,25 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use harmolux::io::coefficients::{Shape, Source, shtools_text};
+use harmolux::io::coefficients::{Shape, Source, Tolerance};
 use harmolux::io::meshes;
-use harmolux::io::output::{Kind, Output};
 use harmolux::io::points::{self, Points};
-use harmolux::sh::{Convention, Filter};
+use harmolux::sh::Filter;
 use harmolux::study::{
     Fit as MeshFit, FitSettings, NotStar, PointFit, Projection, fit, fit_points,
 };
 use harmolux::surface::{Envelope, Mesh, RepairReport, UpAxis};
 use harmolux::{Error, Result};
 
-use super::arguments::{MeshHabits, UnitName, UpName, point};
+use super::arguments::{MeshHabits, UpName, point, tolerance};
 use super::exit::Code;
+use super::shape_file::{self, ShapeFile};
 use super::{fit_many, fit_report};
 
 /// Turn star-shaped meshes into spherical-harmonic coefficients
 ///
-/// The file is text as pyshtools reads it (4pi normalisation, no Condon-Shortley phase), metres, z up. Several meshes are fitted into a folder, with one
+/// The extension chooses the format: .txt is text as pyshtools reads it (4pi normalisation, no Condon-Shortley phase), .hxc the compact form, see `convert`;
+/// metres, z up. Several meshes are fitted into a folder, with one
 /// table of all, fits.csv. Points (.xyz, .csv: x y z and perhaps a weight a line) are fitted by least squares, about the origin if it lies within their
 /// bounds, else about their mean.
 #[derive(Debug, Args)]
@@ -61,6 +62,10 @@ pub(crate) struct Fit {
     /// The largest share of such rays that is accepted, per cent of the solid angle
     #[arg(long, value_name = "PERCENT", default_value_t = 5.0, requires = "not_star", value_parser = percentage)]
     pub(crate) not_star_limit: f64,
+    /// How far the compact form (.hxc) may be from the fit, RMS: a part of the mean radius, such as 1e-3, or a length, such as 0.05mm [default: a fifth of
+    /// the error of the fit]
+    #[arg(long, value_name = "TOLERANCE", value_parser = tolerance)]
+    pub(crate) tolerance: Option<Tolerance>,
     /// Damp the series against ringing: lanczos, or heat=T such as heat=0.001
     #[arg(long)]
     pub(crate) filter: Option<Filter>,
@@ -108,9 +113,9 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
 
 fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
     let started = Instant::now();
-    let output = Output::open(&verb.output, &Kind::COEFFICIENTS, verb.force)?;
+    let output = shape_file::open(&verb.output, verb.force)?;
     let fitted = fit_file(verb, mesh)?;
-    write(&fitted, mesh, output)?;
+    write(verb, &fitted, mesh, output)?;
     fit_report::print(verb, &fitted, started.elapsed(), as_json);
     Ok(Code::Done)
 }
@@ -148,15 +153,15 @@ fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
     FitSettings { projection, centre: verb.centre, not_star, filter: verb.filter, ..usual }
 }
 
-/// Writes the coefficients of a fit.
-pub(crate) fn write(fitted: &Fitted, path: &Path, output: Output) -> Result<()> {
-    let (coefficients, centre) = match fitted {
-        Fitted::Mesh(fit) => (fit.coefficients.clone(), fit.centre),
-        Fitted::Points(fit) => (fit.coefficients.clone(), fit.centre),
+/// Writes the coefficients of a fit; the compact form, unless told otherwise, to a fifth of the fit's own error.
+pub(crate) fn write(verb: &Fit, fitted: &Fitted, path: &Path, output: ShapeFile) -> Result<()> {
+    let (coefficients, centre, rms) = match fitted {
+        Fitted::Mesh(fit) => (fit.coefficients.clone(), fit.centre, fit.error.rms),
+        Fitted::Points(fit) => (fit.coefficients.clone(), fit.centre, fit.rms),
     };
     let source = Some(source(path)?);
     let shape = Shape { coefficients, centre, source, truncated_from: None };
-    output.write(&shtools_text::write(&shape, Convention::default())?)
+    output.write_to(&shape, verb.tolerance.unwrap_or(Tolerance::Metres(0.2 * rms)))
 }
 
 fn percentage(text: &str) -> Result<f64, String> {
@@ -174,14 +179,14 @@ pub(crate) fn read_and_repair(
     path: &Path,
     habits: &MeshHabits,
 ) -> Result<(Mesh, Option<RepairReport>)> {
-    let mesh = meshes::read(path)?.with_up(up(habits)).scaled(metres(habits))?;
+    let mesh = meshes::read(path)?.with_up(up(habits)).scaled(habits.unit.metres())?;
     habits.repairs.apply(path, mesh)
 }
 
 /// Reads a point file and turns it to metres, z up.
 fn read_points(path: &Path, habits: &MeshHabits) -> Result<Points> {
     let mut cloud = points::read(path)?;
-    cloud.positions.iter_mut().for_each(|p| *p = metres(habits) * up(habits).to_z(*p));
+    cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * up(habits).to_z(*p));
     Ok(cloud)
 }
 
@@ -190,15 +195,6 @@ fn up(habits: &MeshHabits) -> UpAxis {
         UpName::X => UpAxis::X,
         UpName::Y => UpAxis::Y,
         UpName::Z => UpAxis::Z,
-    }
-}
-
-fn metres(habits: &MeshHabits) -> f64 {
-    match habits.unit {
-        UnitName::M => 1.0,
-        UnitName::Cm => 0.01,
-        UnitName::Mm => 0.001,
-        UnitName::In => 0.0254,
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod check;
+mod convert;
 mod diff;
 mod exit;
 mod fit;
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
         Verb::Check(verb) => check::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),
+        Verb::Convert(verb) => convert::run(verb, arguments.json),
         Verb::Sweep(verb) => sweep::run(verb, arguments.json),
         Verb::Spectrum(verb) => spectrum::run(verb, arguments.json),
         Verb::Diff(verb) => diff::run(verb, arguments.json),

@@ -12,7 +12,7 @@ use harmolux::sh::volume;
 use harmolux::surface::{Resolution, Tessellation, tessellate};
 use serde_json::{Value, json};
 
-use super::arguments::{SeriesHabits, length, size};
+use super::arguments::{SeriesReading, length, size};
 use super::exit::Code;
 use super::fit::about;
 use super::{progress, say};
@@ -46,7 +46,7 @@ pub(crate) struct Mesh {
     #[arg(short = 'l', long = "degree", value_name = "LMAX", value_parser = clap::value_parser!(u32).range(0..=1400))]
     pub(crate) degree: Option<u32>,
     #[command(flatten)]
-    pub(crate) habits: SeriesHabits,
+    pub(crate) reading: SeriesReading,
     /// Replace a file that another program wrote
     #[arg(long)]
     pub(crate) force: bool,
@@ -87,7 +87,7 @@ pub(crate) fn run(verb: &Mesh, as_json: bool) -> Result<Code> {
     let started = Instant::now();
     let format = MeshFormat::for_writing(&verb.output)?;
     let output = Output::open(&verb.output, &format.kind(), verb.force)?;
-    let shape = coefficients::read(&verb.shape, verb.habits.convention())?;
+    let shape = coefficients::read(&verb.shape, &verb.reading.options())?;
     let shape = verb.degree.map_or(shape.clone(), |l| shape.truncated(l as usize));
     let f = &shape.coefficients;
     let made = tessellate(f, shape.centre, resolution(verb, f.mean()))

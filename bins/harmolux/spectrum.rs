@@ -10,7 +10,7 @@ use harmolux::io::plots::{Axis, Curve, Figure};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::sh;
 
-use super::arguments::SeriesHabits;
+use super::arguments::SeriesReading;
 use super::exit::Code;
 use super::plot::{self, PlotFormat, unknown_output};
 use super::say;
@@ -36,7 +36,7 @@ pub(crate) struct Spectrum {
     #[arg(long)]
     pub(crate) plot: bool,
     #[command(flatten)]
-    pub(crate) habits: SeriesHabits,
+    pub(crate) reading: SeriesReading,
     /// Replace files that another program wrote
     #[arg(long)]
     pub(crate) force: bool,
@@ -61,7 +61,7 @@ pub(crate) fn run(verb: &Spectrum, as_json: bool) -> Result<Code> {
         verb.output.iter().map(|path| target(path, &table, verb.force)).collect::<Result<_>>()?;
     let mut shapes = Vec::new();
     for path in &verb.shapes {
-        shapes.push(Named::of(path, &coefficients::read(path, verb.habits.convention())?));
+        shapes.push(Named::of(path, &coefficients::read(path, &verb.reading.options())?));
     }
     tell_apart(&mut shapes, &verb.shapes);
     for shape in &shapes {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use harmolux::Result;
-use harmolux::io::coefficients::{self, Shape};
+use harmolux::io::coefficients::{self, ReadOptions, Shape};
 use harmolux::study::Subject;
 use harmolux::surface::Mesh;
 
@@ -19,13 +19,12 @@ pub(crate) enum Read {
 impl Read {
     /// Reads a file of either kind.
     pub(crate) fn open(path: &Path, series: &SeriesHabits, mesh: &MeshHabits) -> Result<Self> {
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-        let is_series = ["txt", "sh"].iter().any(|e| e.eq_ignore_ascii_case(extension));
-        if is_series {
-            coefficients::read(path, series.convention()).map(Self::Series)
-        } else {
-            read_mesh(path, mesh).map(Self::Mesh)
+        let bytes = coefficients::load(path)?;
+        if coefficients::recognise(path, &bytes).is_none() {
+            return read_mesh(path, mesh).map(Self::Mesh);
         }
+        let options = ReadOptions { convention: series.convention(), ..ReadOptions::default() };
+        coefficients::parse(path, &bytes, &options).map(Self::Series)
     }
 
     /// Gives what is compared.
