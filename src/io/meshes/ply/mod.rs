@@ -1,8 +1,7 @@
 //! Stanford PLY, as text and as binary of either byte order: the vertices' x, y, z and the faces, whatever else the file holds.
 //!
 //! The header says what each row of each element holds; rows are read one by one, so that nothing but the mesh is held. Counts
-//! are believed only as far as the file is long enough for them. (Crate ply-rs-bw 2 keeps every property of every row in a map of
-//! its own, allocates by the counts of the header, and does not say where in a binary file a fault is.)
+//! are believed only as far as the file is long enough for them.
 
 mod header;
 mod rows;
