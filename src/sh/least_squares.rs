@@ -453,4 +453,24 @@ mod tests {
         // With lambda fewer samples than coefficients will do.
         assert!(scattered_fit(&w[..20], &v[..20], &[1.0; 20], lmax, lambda).is_ok());
     }
+
+    #[test]
+    fn damped_and_weighted_fit_matches_an_independent_solver() {
+        // NumPy's lstsq on the rows sqrt(w) Y and sqrt(lambda) l (l+1), Y from SciPy's lpmv, weights scaled to 4 pi.
+        let w = spiral(40);
+        let v: Vec<f64> = w.iter().map(|w| w.x.exp() + w.z * w.z).collect();
+        let weights: Vec<f64> = (0..40).map(|i| f64::from(1 + i % 3)).collect();
+        let fit = scattered_fit(&w, &v, &weights, 2, 1e-3).expect("determined");
+        for (l, m, a, b) in [
+            (0, 0, 1.507_428_444_140_150_2, 0.0),
+            (1, 0, -0.002_442_826_423_119_552_4, 0.0),
+            (1, 1, -1.553_816_684_967_657_3, -0.000_570_393_222_126_253_6),
+            (2, 0, 0.474_673_090_245_335_77, 0.0),
+            (2, 1, -0.002_988_989_686_641_529_3, 0.002_504_629_543_474_341),
+            (2, 2, 0.419_327_372_616_920_5, -0.001_394_083_043_040_800_3),
+        ] {
+            let found = fit.get(l, m);
+            assert!((found.0 - a).abs() <= 1e-13 && (found.1 - b).abs() <= 1e-13, "({l}, {m})");
+        }
+    }
 }

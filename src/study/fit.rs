@@ -73,7 +73,7 @@ pub struct Fit {
     pub clearance: f64,
     /// How far the series is from the mesh, or from its envelope.
     pub error: FitError,
-    /// The truncation error by Parseval; `None` where the series is not the plain projection.
+    /// The truncation error by Parseval; `None` where the series is not the exact projection.
     pub parseval: Option<f64>,
     /// What was done about folds; `None` for a star-shaped mesh.
     pub folds: Option<Folds>,
@@ -132,10 +132,12 @@ pub fn fit(mesh: &Mesh, settings: &FitSettings) -> Result<Fit> {
     let projection_time = started.elapsed();
     let coefficients = settings.filter.map_or_else(|| projected.clone(), |f| f.apply(&projected));
     let error = fit_error(&radius, &coefficients)?;
-    // What a grid aliases goes into its energy at first order, into the error at second: only the exact projection obeys Parseval well enough.
-    let is_plain = settings.filter.is_none() && settings.projection == Projection::Conforming;
+    // What a grid aliases, or borders of folds lose, goes into the energy at first order, into the error at second: Parseval is for exact projections.
+    let is_exact = settings.filter.is_none()
+        && folds.is_none()
+        && settings.projection == Projection::Conforming;
     Ok(Fit {
-        parseval: is_plain.then(|| error.by_parseval(&coefficients)),
+        parseval: is_exact.then(|| error.by_parseval(&coefficients)),
         error,
         coefficients,
         centre,

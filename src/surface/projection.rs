@@ -235,13 +235,16 @@ mod tests {
     #[test]
     fn envelopes_of_a_u_agree_with_those_of_many_rays() {
         let u = shapes::u_shape();
-        for envelope in [Envelope::Outermost, Envelope::First, Envelope::Mean] {
+        // Mean radii by the U as a difference of boxes on a grid of 3000 x 6000 directions (NumPy), good to about 1e-5.
+        let envelopes = [Envelope::Outermost, Envelope::First, Envelope::Mean];
+        for (envelope, mean) in envelopes.into_iter().zip([0.933_111, 0.819_465, 0.870_532]) {
             let centre = DVec3::new(1.5, 0.5, 0.5);
             let radius = RadialMesh::folded(&u, centre, envelope).expect("inside");
             let [faces, rays] = [
                 project_faces(&radius, 6).expect("fits"),
                 project_rays(&radius, 6, 64).expect("closed"),
             ];
+            assert!((faces.mean() - mean).abs() <= 3e-4, "{envelope}: {}", faces.mean());
             let pairs = faces.cosines().iter().chain(faces.sines());
             let worst = pairs
                 .zip(rays.cosines().iter().chain(rays.sines()))

@@ -15,14 +15,14 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<SeriesFormat> {
 
 /// Tells the format from the content alone; `None` when that says nothing.
 pub fn recognise_content(bytes: &[u8]) -> Option<SeriesFormat> {
-    if bytes.starts_with(npy::MAGIC) {
-        return Some(array(bytes));
-    }
     if bytes.starts_with(&binary::MAGIC) {
         return Some(SeriesFormat::Binary);
     }
     if bytes.starts_with(&compact::MAGIC) {
         return Some(SeriesFormat::Compact);
+    }
+    if bytes.starts_with(npy::MAGIC) {
+        return Some(array(bytes));
     }
     if bshc::is_bshc(bytes) {
         return Some(SeriesFormat::Bshc);
