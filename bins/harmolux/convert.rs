@@ -18,8 +18,8 @@ use super::{convert_mesh, say};
 /// Convert coefficients, or a mesh, between formats
 ///
 /// The format of the input is told by its content, that of the output by its extension (.npy is the array of pyshtools; say `--to alm` for
-/// healpy and ducc0). Numbers are written in metres with all their digits. A mesh becomes a mesh (.obj, .ply or .stl); `harmolux fit` and `harmolux mesh` go
-/// between the two.
+/// healpy and ducc0). Numbers are written in metres with all their digits. A mesh becomes a mesh (.obj, .ply
+/// or .stl); `harmolux fit` and `harmolux mesh` go between the two.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux convert head.txt head.bshc                    for pyshtools: 4pi, csphase 1

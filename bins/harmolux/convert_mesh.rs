@@ -70,6 +70,7 @@ fn check_options(verb: &Convert) -> Result<()> {
         (verb.to_normalisation.is_some(), "--to-normalisation"),
         (verb.to_csphase.is_some(), "--to-csphase"),
         (verb.degree.is_some(), "--degree"),
+        (verb.tolerance.is_some(), "--tolerance"),
     ];
     match meant_for_coefficients.iter().find(|(given, _)| *given) {
         Some((_, option)) => Err(Error::Parameter(format!(
