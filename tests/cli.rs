@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use harmolux::io::coefficients;
+use harmolux::io::coefficients::{self, ReadOptions};
 use harmolux::io::images::Exr;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -383,7 +383,11 @@ fn grid_projection_comes_close_to_the_conforming_one() {
     desk.done(["fit", &head, "-l", "4", "-o", "a.txt"]);
     let finer = ["--projection", "grid", "--oversampling", "16"];
     desk.done(["fit", &head, "-l", "4", "-o", "b.txt"].into_iter().chain(finer));
-    let read = |name| coefficients::read(&desk.path(name), None).expect("readable").coefficients;
+    let read = |name| {
+        coefficients::read(&desk.path(name), &ReadOptions::default())
+            .expect("readable")
+            .coefficients
+    };
     let [a, b] = [read("a.txt"), read("b.txt")];
     for (l, m) in (0..=4).flat_map(|l| (0..=l).map(move |m| (l, m))) {
         let (one, other) = (a.get(l, m), b.get(l, m));

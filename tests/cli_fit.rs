@@ -222,7 +222,11 @@ fn filters_damp_degrees_and_are_off_by_default() {
     desk.done("cube.obj -l 8 -o heat.txt --filter heat=0.01");
     let lanczos = desk.json("cube.obj -l 8 -o lanczos.txt --filter lanczos");
     assert_eq!(lanczos["filter"], "lanczos");
-    let read = |name| coefficients::read(&desk.path(name), None).expect("readable").coefficients;
+    let read = |name| {
+        coefficients::read(&desk.path(name), &coefficients::ReadOptions::default())
+            .expect("readable")
+            .coefficients
+    };
     let [plain, heat, lanczos] = ["plain.txt", "heat.txt", "lanczos.txt"].map(read);
     for l in [0_usize, 4, 8] {
         let ours = plain.degree_deviation(l);
@@ -273,7 +277,9 @@ fn points_are_fitted_by_least_squares() {
     assert!(number(&fit, "rms") <= 5e-3 * number(&fit, "mean_radius"), "{fit}");
     assert!(number(&fit, "standard_error") < number(&fit, "rms"), "{fit}");
     // r(+z) is the half axis.
-    let shape = coefficients::read(&desk.path("a.txt"), None).expect("readable").coefficients;
+    let shape = coefficients::read(&desk.path("a.txt"), &coefficients::ReadOptions::default())
+        .expect("readable")
+        .coefficients;
     let up: f64 = (0..=16).map(|l| shape.get(l, 0).0).sum();
     assert!((up - 3.0).abs() <= 0.02, "{up}");
     let text = desk.done("scan.csv -l 4 -o b.txt --lambda 1e-6 --unit mm");

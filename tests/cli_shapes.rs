@@ -31,7 +31,8 @@ impl Desk {
     }
 
     fn shape(&self, name: &str) -> Shape {
-        coefficients::read(&self.path(name), None).expect("a shape")
+        coefficients::read(&self.path(name), &coefficients::ReadOptions::default())
+            .expect("a shape")
     }
 
     fn run(&self, arguments: &[&str]) -> Output {

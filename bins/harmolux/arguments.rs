@@ -2,12 +2,17 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use harmolux::Error;
+use harmolux::io::coefficients::{ReadOptions, SeriesFormat, Tolerance};
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
-use super::{fit, illum, info, mean, random, render, sweep, transform};
+use super::repairs::Repairs;
+use super::{
+    check, convert, diff, fit, illum, info, mean, mesh, random, render, spectrum, sweep, transform,
+};
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
 #[derive(Debug, Parser)]
@@ -27,19 +32,29 @@ const EXAMPLES: &str = "\
 Examples:
   harmolux render data/scenes/head_room.toml             a picture: head_room.png and head_room.exr
   harmolux illum data/scenes/head_room.toml              lux at the scene's sensors, each with its interval
+  harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
+  harmolux convert head.txt head.bshc                    coefficients in another format
   harmolux sweep data/head.obj -l 4,8,16,32,64 -o out    what each degree costs and buys
+  harmolux spectrum head.txt --plot                      how much each degree carries
+  harmolux mesh head.txt -o head.ply                     coefficients become a mesh
+  harmolux diff head.txt data/head.obj                   how far two shapes are from each other
 
-Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 target error not met, 130 interrupted (after saving).";
+Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement or target error not met, 130 interrupted (after saving).";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
     Render(render::Render),
     Illum(illum::Illum),
+    Check(check::Check),
     Fit(fit::Fit),
     Info(info::Info),
+    Convert(convert::Convert),
     Sweep(sweep::Sweep),
+    Spectrum(spectrum::Spectrum),
+    Diff(diff::Diff),
+    Mesh(mesh::Mesh),
     Transform(Box<transform::Transform>),
     Mean(mean::Mean),
     Random(random::Random),
@@ -73,15 +88,33 @@ pub(crate) struct MeshHabits {
     /// The axis of the mesh file that points up
     #[arg(long, value_enum, default_value_t)]
     pub(crate) up: UpName,
+    #[command(flatten)]
+    pub(crate) repairs: Repairs,
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 pub(crate) enum UnitName {
+    Km,
     #[default]
     M,
     Cm,
     Mm,
+    Um,
     In,
+}
+
+impl UnitName {
+    /// Gives the length of the unit, metres.
+    pub(crate) const fn metres(self) -> f64 {
+        match self {
+            Self::Km => 1000.0,
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Mm => 0.001,
+            Self::Um => 1e-6,
+            Self::In => 0.0254,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
@@ -108,6 +141,49 @@ impl SeriesHabits {
     pub(crate) fn convention(&self) -> Option<Convention> {
         let phase = self.csphase.unwrap_or_default();
         self.normalisation.map(|normalisation| Convention { normalisation, phase })
+    }
+}
+
+/// How a coefficient file is to be read
+#[derive(Debug, Args)]
+pub(crate) struct SeriesReading {
+    /// The format of the coefficient file [default: told by its content]
+    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    pub(crate) from: Option<SeriesFormat>,
+    #[command(flatten)]
+    pub(crate) habits: SeriesHabits,
+    /// The unit of a coefficient file that does not state it [default: m]
+    #[arg(long, value_enum)]
+    pub(crate) unit: Option<UnitName>,
+    /// The row of a table that holds several shapes, counted from 1
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) row: Option<u32>,
+}
+
+impl SeriesReading {
+    /// Gives what is said of the file.
+    pub(crate) fn options(&self) -> ReadOptions {
+        ReadOptions {
+            format: self.from,
+            convention: self.habits.convention(),
+            unit: self.unit.map(UnitName::metres),
+            row: self.row.map(|row| row as usize),
+        }
+    }
+}
+
+/// Reads the name of a format of coefficients.
+pub(crate) fn formats() -> impl TypedValueParser<Value = SeriesFormat> {
+    let names = SeriesFormat::ALL.map(SeriesFormat::name);
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<SeriesFormat>())
+}
+
+/// Reads a value of the command line: a part of the mean radius, or a length with its unit.
+pub(crate) fn tolerance(text: &str) -> Result<Tolerance, String> {
+    match text.trim().parse::<f64>() {
+        Ok(part) if part.is_finite() && part > 0.0 => Ok(Tolerance::OfMeanRadius(part)),
+        Ok(_) => Err("write a positive part of the mean radius, such as 1e-3".to_owned()),
+        Err(_) => length(text).map(Tolerance::Metres),
     }
 }
 
@@ -186,6 +262,27 @@ impl Settings {
     }
 }
 
+/// Reads a length of the command line, metres unless a unit follows.
+pub(crate) fn length(text: &str) -> Result<f64, String> {
+    let split = text.find(|c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E');
+    let (number, unit) = text.split_at(split.unwrap_or(text.len()));
+    let metres = match unit {
+        "" | "m" => 1.0,
+        "cm" => 0.01,
+        "mm" => 1e-3,
+        "um" => 1e-6,
+        "in" => 0.0254,
+        _ => f64::NAN,
+    };
+    match number.trim().parse::<f64>().map(|n| n * metres) {
+        Ok(length) if length > 0.0 && length.is_finite() => Ok(length),
+        _ => Err(
+            "write a positive length in metres or with its unit (m, cm, mm, um, in), such as 0.1mm"
+                .into(),
+        ),
+    }
+}
+
 /// Reads a value of the command line.
 pub(crate) fn degrees(text: &str) -> Result<Degrees, String> {
     let wrong =
@@ -219,9 +316,17 @@ mod tests {
         assert_eq!(degrees("8,4,8"), Ok(Degrees(vec![4, 8])));
         assert_eq!(degrees("2..5"), Ok(Degrees(vec![2, 3, 4, 5])));
         assert!(degrees("").is_err() && degrees("5..2").is_err() && degrees("9999").is_err());
+        assert_eq!(length("2e-3"), Ok(2e-3));
+        assert_eq!(length("0.5mm"), Ok(0.5e-3));
+        assert!(length("-1").is_err() && length("nan").is_err() && length("1 mile").is_err());
         assert_eq!(size("320x240"), Ok([320, 240]));
         assert!(size("0x3").is_err() && size("320").is_err());
         assert_eq!(point("1, -2,0.5"), Ok(DVec3::new(1.0, -2.0, 0.5)));
+        assert_eq!(tolerance("1e-3"), Ok(Tolerance::OfMeanRadius(1e-3)));
+        assert!(
+            matches!(tolerance("0.5mm"), Ok(Tolerance::Metres(x)) if (x - 5e-4).abs() <= 1e-18)
+        );
+        assert!(tolerance("0").is_err() && tolerance("mm").is_err());
         assert!(point("1,2").is_err() && point("1,2,nan").is_err());
         assert_eq!(numbers("1,-2e3"), Ok([1.0, -2e3]));
         assert!(numbers::<2>("1,,2").is_err() && numbers::<0>("").is_err());

@@ -5,24 +5,25 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use harmolux::io::coefficients::{Shape, Source, shtools_text};
+use harmolux::io::coefficients::{Shape, Source, Tolerance};
 use harmolux::io::meshes;
-use harmolux::io::output::{Kind, Output};
 use harmolux::io::points::{self, Points};
-use harmolux::sh::{Convention, Filter};
+use harmolux::sh::Filter;
 use harmolux::study::{
     Fit as MeshFit, FitSettings, NotStar, PointFit, Projection, fit, fit_points,
 };
-use harmolux::surface::{Envelope, Mesh, UpAxis};
+use harmolux::surface::{Envelope, Mesh, RepairReport, UpAxis};
 use harmolux::{Error, Result};
 
-use super::arguments::{MeshHabits, UnitName, UpName, point};
+use super::arguments::{MeshHabits, UpName, point, tolerance};
 use super::exit::Code;
+use super::shape_file::{self, ShapeFile};
 use super::{fit_many, fit_report};
 
 /// Turn star-shaped meshes into spherical-harmonic coefficients
 ///
-/// The file is text as pyshtools reads it (4pi normalisation, no Condon-Shortley phase), metres, z up. Several meshes are fitted into a folder, with one
+/// The extension chooses the format: .txt is text as pyshtools reads it (4pi normalisation, no Condon-Shortley phase), .hxc the compact form, see `convert`;
+/// metres, z up. Several meshes are fitted into a folder, with one
 /// table of all, fits.csv. Points (.xyz, .csv: x y z and perhaps a weight a line) are fitted by least squares, about the origin if it lies within their
 /// bounds, else about their mean.
 #[derive(Debug, Args)]
@@ -34,7 +35,7 @@ use super::{fit_many, fit_report};
   harmolux fit scan.xyz -l 12 -o scan.txt --lambda 1e-6
   harmolux fit *.obj -l 16 -o fits")]
 pub(crate) struct Fit {
-    /// The meshes, closed and star-shaped about some point, or point files (.xyz, .csv)
+    /// The meshes (OBJ, PLY, STL, OFF or glTF), closed and star-shaped about some point, or point files (.xyz, .csv)
     #[arg(required = true, value_name = "MESH")]
     pub(crate) meshes: Vec<PathBuf>,
     /// The truncation degree lmax: (lmax + 1)^2 coefficients
@@ -52,7 +53,7 @@ pub(crate) struct Fit {
     /// Damp the Laplacian of a least-squares fit: Tikhonov's factor of l^2 (l+1)^2
     #[arg(long, default_value_t = 0.0)]
     pub(crate) lambda: f64,
-    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else the best centre]
+    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else one near the centroid]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub(crate) centre: Option<DVec3>,
     /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets it more than once
@@ -61,6 +62,10 @@ pub(crate) struct Fit {
     /// The largest share of such rays that is accepted, per cent of the solid angle
     #[arg(long, value_name = "PERCENT", default_value_t = 5.0, requires = "not_star", value_parser = percentage)]
     pub(crate) not_star_limit: f64,
+    /// How far the compact form (.hxc) may be from the fit, RMS: a part of the mean radius, such as 1e-3, or a length, such as 0.05mm [default: a fifth of
+    /// the error of the fit]
+    #[arg(long, value_name = "TOLERANCE", value_parser = tolerance)]
+    pub(crate) tolerance: Option<Tolerance>,
     /// Damp the series against ringing: lanczos, or heat=T such as heat=0.001
     #[arg(long)]
     pub(crate) filter: Option<Filter>,
@@ -108,9 +113,9 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
 
 fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
     let started = Instant::now();
-    let output = Output::open(&verb.output, &Kind::COEFFICIENTS, verb.force)?;
+    let output = shape_file::open(&verb.output, verb.force)?;
     let fitted = fit_file(verb, mesh)?;
-    write(&fitted, mesh, output)?;
+    write(verb, &fitted, mesh, output)?;
     fit_report::print(verb, &fitted, started.elapsed(), as_json);
     Ok(Code::Done)
 }
@@ -148,15 +153,15 @@ fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
     FitSettings { projection, centre: verb.centre, not_star, filter: verb.filter, ..usual }
 }
 
-/// Writes the coefficients of a fit.
-pub(crate) fn write(fitted: &Fitted, path: &Path, output: Output) -> Result<()> {
-    let (coefficients, centre) = match fitted {
-        Fitted::Mesh(fit) => (fit.coefficients.clone(), fit.centre),
-        Fitted::Points(fit) => (fit.coefficients.clone(), fit.centre),
+/// Writes the coefficients of a fit; the compact form, unless told otherwise, to a fifth of the fit's own error.
+pub(crate) fn write(verb: &Fit, fitted: &Fitted, path: &Path, output: ShapeFile) -> Result<()> {
+    let (coefficients, centre, rms) = match fitted {
+        Fitted::Mesh(fit) => (fit.coefficients.clone(), fit.centre, fit.error.rms),
+        Fitted::Points(fit) => (fit.coefficients.clone(), fit.centre, fit.rms),
     };
     let source = Some(source(path)?);
     let shape = Shape { coefficients, centre, source, truncated_from: None };
-    output.write(&shtools_text::write(&shape, Convention::default())?)
+    output.write_to(&shape, verb.tolerance.unwrap_or(Tolerance::Metres(0.2 * rms)))
 }
 
 fn percentage(text: &str) -> Result<f64, String> {
@@ -164,16 +169,24 @@ fn percentage(text: &str) -> Result<f64, String> {
     share.filter(|p| (0.0..=100.0).contains(p)).ok_or_else(|| "write a number from 0 to 100".into())
 }
 
-/// Reads a mesh and turns it to metres, z up.
+/// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
 pub(crate) fn read_mesh(path: &Path, habits: &MeshHabits) -> Result<Mesh> {
-    let mesh = meshes::read(path)?;
-    mesh.with_up(up(habits)).scaled(metres(habits))
+    Ok(read_and_repair(path, habits)?.0)
+}
+
+/// As [`read_mesh`], with what was repaired.
+pub(crate) fn read_and_repair(
+    path: &Path,
+    habits: &MeshHabits,
+) -> Result<(Mesh, Option<RepairReport>)> {
+    let mesh = meshes::read(path)?.with_up(up(habits)).scaled(habits.unit.metres())?;
+    habits.repairs.apply(path, mesh)
 }
 
 /// Reads a point file and turns it to metres, z up.
 fn read_points(path: &Path, habits: &MeshHabits) -> Result<Points> {
     let mut cloud = points::read(path)?;
-    cloud.positions.iter_mut().for_each(|p| *p = metres(habits) * up(habits).to_z(*p));
+    cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * up(habits).to_z(*p));
     Ok(cloud)
 }
 
@@ -182,15 +195,6 @@ fn up(habits: &MeshHabits) -> UpAxis {
         UpName::X => UpAxis::X,
         UpName::Y => UpAxis::Y,
         UpName::Z => UpAxis::Z,
-    }
-}
-
-fn metres(habits: &MeshHabits) -> f64 {
-    match habits.unit {
-        UnitName::M => 1.0,
-        UnitName::Cm => 0.01,
-        UnitName::Mm => 0.001,
-        UnitName::In => 0.0254,
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use harmolux::io::output::{Kind, Output};
+use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::study::batch;
 use harmolux::{Error, Result};
@@ -15,6 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::exit::Code;
 use super::fit::{Fit, Fitted, fit_file, write};
+use super::shape_file::{self, ShapeFile};
 use super::{interrupt, say};
 
 /// Seconds between plain lines.
@@ -66,7 +67,7 @@ fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
 }
 
 /// Opens a coefficient file for each mesh.
-fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, Output)>> {
+fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, ShapeFile)>> {
     let mut taken: HashMap<PathBuf, &Path> = HashMap::new();
     let mut all = Vec::new();
     for mesh in &verb.meshes {
@@ -81,14 +82,14 @@ fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, Output)>> {
                 path.display()
             )));
         }
-        all.push((mesh.clone(), Output::open(&path, &Kind::COEFFICIENTS, verb.force)?));
+        all.push((mesh.clone(), shape_file::open(&path, verb.force)?));
     }
     Ok(all)
 }
 
-fn fit_one(verb: &Fit, mesh: &Path, output: Output) -> Row {
+fn fit_one(verb: &Fit, mesh: &Path, output: ShapeFile) -> Row {
     let started = Instant::now();
-    let fitted = fit_file(verb, mesh).and_then(|f| write(&f, mesh, output).map(|()| f));
+    let fitted = fit_file(verb, mesh).and_then(|f| write(verb, &f, mesh, output).map(|()| f));
     Row { name: mesh.display().to_string(), fitted, seconds: started.elapsed().as_secs_f64() }
 }
 

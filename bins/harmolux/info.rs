@@ -5,34 +5,36 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::DVec3;
 use harmolux::Result;
-use harmolux::io::coefficients::{self, Shape};
+use harmolux::io::coefficients::{self, SeriesFormat, Shape};
 use harmolux::io::meshes;
-use harmolux::sh::{Bounds, volume};
+use harmolux::sh::{Convention, positions, range, volume};
 use harmolux::study::{mesh_bytes, series_bytes};
 use harmolux::surface::{MeshReport, star};
 use serde_json::{Value, json};
 
-use super::arguments::SeriesHabits;
+use super::arguments::SeriesReading;
 use super::exit::Code;
 use super::say;
 
 /// Say what a mesh or coefficient file holds
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux info head.obj
+  harmolux info head.txt
+  harmolux info topo.sh --normalisation ortho --csphase -1 --unit km
+  harmolux info cells.csv --row 7 --unit um")]
 pub(crate) struct Info {
-    /// A mesh (OBJ) or coefficients (pyshtools text)
+    /// A mesh or coefficients, of any format that is read here
     pub(crate) file: PathBuf,
     #[command(flatten)]
-    pub(crate) habits: SeriesHabits,
+    pub(crate) reading: SeriesReading,
 }
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
-    let extension = verb.file.extension().and_then(|e| e.to_str()).unwrap_or("");
-    let is_series = ["txt", "sh"].iter().any(|e| e.eq_ignore_ascii_case(extension));
-    let (lines, value) = if is_series {
-        series(&coefficients::read(&verb.file, verb.habits.convention())?)?
-    } else {
-        mesh(&verb.file)?
+    let (lines, value) = match series_file(verb)? {
+        Some(file) => series(&file)?,
+        None => mesh(&verb.file)?,
     };
     if as_json {
         say::data(&value.to_string());
@@ -44,13 +46,38 @@ pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
 
 type Lines = Vec<(&'static str, String)>;
 
-fn series(shape: &Shape) -> Result<(Lines, Value)> {
+/// A coefficient file: its format, the convention it has in itself, and what it holds.
+struct SeriesFile {
+    format: SeriesFormat,
+    convention: Option<Convention>,
+    shape: Shape,
+}
+
+/// Reads a coefficient file; `None` when it is none, so that its bytes are gone before a mesh is read.
+fn series_file(verb: &Info) -> Result<Option<SeriesFile>> {
+    let options = verb.reading.options();
+    let bytes = coefficients::load(&verb.file)?;
+    let format = options.format.or_else(|| coefficients::recognise(&verb.file, &bytes));
+    let Some(format) = format else { return Ok(None) };
+    let shape = coefficients::parse(&verb.file, &bytes, &options)?;
+    let convention = coefficients::convention(&verb.file, &bytes, format, &options)?;
+    Ok(Some(SeriesFile { format, convention, shape }))
+}
+
+fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
+    let shape = &file.shape;
     let c = &shape.coefficients;
-    let bounds = Bounds::of(c)?;
+    let (least, most) = range(c)?;
     let volume = volume(c)?;
+    let set = positions(c, shape.centre);
+    let [x, y, z] = [range(&set[0])?, range(&set[1])?, range(&set[2])?];
+    let (low, high) = (DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
+    let convention = file.convention.map(say::convention);
     let source = shape.source.as_ref().map(|s| s.name.clone());
     let mut lines = vec![
         ("kind", "spherical-harmonic coefficients of a radius, metres".to_owned()),
+        ("format", file.format.noun().to_owned()),
+        ("convention", convention.unwrap_or_else(|| "our own basis".to_owned())),
         (
             "degree",
             format!(
@@ -64,27 +91,32 @@ fn series(shape: &Shape) -> Result<(Lines, Value)> {
         ("mean radius", format!("{} m", say::significant(c.mean(), 7))),
         (
             "radius",
-            format!(
-                "certainly {} to {} m",
-                say::significant(bounds.min, 5),
-                say::significant(bounds.max, 5)
-            ),
+            format!("certainly {} to {} m", say::significant(least, 5), say::significant(most, 5)),
         ),
+        ("bounds", format!("certainly within {} to {}", point(low), point(high))),
         ("volume", format!("{} m3", say::significant(volume, 7))),
     ];
     if let Some(name) = &source {
         lines.push(("source", name.clone()));
     }
+    if let Some(degree) = shape.truncated_from {
+        lines.push(("cut from", format!("degree {degree}")));
+    }
     let value = json!({
         "kind": "coefficients",
+        "format": file.format.name(),
+        "normalisation": file.convention.map(|c| c.normalisation.name()),
+        "csphase": file.convention.map(|c| c.phase.csphase()),
         "degree": c.lmax(),
         "coefficients": c.count(),
         "bytes": series_bytes(c.lmax()),
         "centre": shape.centre.to_array(),
         "mean_radius": c.mean(),
-        "radius_bounds": [bounds.min, bounds.max],
+        "radius_bounds": [least, most],
+        "bounds": [low.to_array(), high.to_array()],
         "volume": volume,
         "source": source,
+        "truncated_from": shape.truncated_from,
     });
     Ok((lines, value))
 }
@@ -151,7 +183,8 @@ fn mesh(path: &Path) -> Result<(Lines, Value)> {
     Ok((lines, value))
 }
 
-fn point(p: DVec3) -> String {
+/// Writes a point, metres.
+pub(crate) fn point(p: DVec3) -> String {
     let [x, y, z] = p.to_array().map(|v| say::significant(v, 4));
     format!("({x}, {y}, {z}) m")
 }

@@ -1,6 +1,9 @@
 //! The tool `harmolux`: parses the command line, calls the library, prints. Data goes to stdout, talk to stderr.
 
 mod arguments;
+mod check;
+mod convert;
+mod diff;
 mod exit;
 mod fit;
 mod fit_many;
@@ -9,11 +12,16 @@ mod illum;
 mod info;
 mod interrupt;
 mod mean;
+mod mesh;
+mod plot;
 mod progress;
 mod random;
 mod render;
+mod repairs;
 mod say;
 mod shape_file;
+mod spectrum;
+mod subject;
 mod sweep;
 mod transform;
 
@@ -32,9 +40,14 @@ fn main() -> ExitCode {
     let done = match &arguments.verb {
         Verb::Render(verb) => render::run(verb, arguments.json),
         Verb::Illum(verb) => illum::run(verb, arguments.json),
+        Verb::Check(verb) => check::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),
+        Verb::Convert(verb) => convert::run(verb, arguments.json),
         Verb::Sweep(verb) => sweep::run(verb, arguments.json),
+        Verb::Spectrum(verb) => spectrum::run(verb, arguments.json),
+        Verb::Diff(verb) => diff::run(verb, arguments.json),
+        Verb::Mesh(verb) => mesh::run(verb, arguments.json),
         Verb::Transform(verb) => transform::run(verb, arguments.json),
         Verb::Mean(verb) => mean::run(verb, arguments.json),
         Verb::Random(verb) => random::run(verb, arguments.json),

@@ -9,7 +9,7 @@ use harmolux::sh::{Coefficients, Spectrum, difference, scatter, weighted_mean};
 use harmolux::{Error, Result};
 use serde_json::json;
 
-use super::arguments::SeriesHabits;
+use super::arguments::SeriesReading;
 use super::exit::Code;
 use super::{say, shape_file};
 
@@ -32,7 +32,7 @@ pub(crate) struct Mean {
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) weights: Option<Vec<f64>>,
     #[command(flatten)]
-    pub(crate) habits: SeriesHabits,
+    pub(crate) reading: SeriesReading,
     /// Replace a file that another program wrote
     #[arg(long)]
     pub(crate) force: bool,
@@ -42,14 +42,15 @@ pub(crate) struct Mean {
 pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
     let weights = weights(verb)?;
     let output = shape_file::open(&verb.output, verb.force)?;
-    let read = |path: &PathBuf| coefficients::read(path, verb.habits.convention());
+    let options = verb.reading.options();
+    let read = |path: &PathBuf| coefficients::read(path, &options);
     let shapes: Vec<Shape> = verb.shapes.iter().map(read).collect::<Result<_>>()?;
     let members: Vec<(&Coefficients, f64)> =
         shapes.iter().map(|s| &s.coefficients).zip(weights.iter().copied()).collect();
     let mean = Shape { centre: centre(&shapes, &weights), ..Shape::new(weighted_mean(&members)?) };
     let distances: Vec<f64> =
         members.iter().map(|(f, _)| distance(f, &mean.coefficients)).collect();
-    shape_file::write(output, &mean)?;
+    output.write(&mean)?;
     let radius = mean.coefficients.mean();
     let only: Vec<&Coefficients> = members.iter().map(|(f, _)| *f).collect();
     let scatter =

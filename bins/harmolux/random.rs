@@ -3,18 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use harmolux::io::coefficients::{self, Shape};
-use harmolux::io::output::Output;
+use harmolux::io::coefficients::{self, ReadOptions, Shape};
 use harmolux::io::spectra;
 use harmolux::sh::{
-    Bounds, Coefficients, GaussianSphere, RandomShape, Spectrum, gaussian, power_law,
+    Coefficients, GaussianSphere, RandomShape, Spectrum, gaussian, power_law, range,
 };
 use harmolux::{Error, Result};
 use serde_json::json;
 
 use super::arguments::{Settings, settings};
 use super::exit::Code;
-use super::{say, shape_file};
+use super::say;
+use super::shape_file::{self, ShapeFile};
 
 /// Draw random shapes: Gaussian random spheres, or Gaussian radii of a given spectrum
 ///
@@ -89,7 +89,7 @@ pub(crate) fn run(verb: &Random, as_json: bool) -> Result<Code> {
         let seed = verb.seed.wrapping_add(u64::from(i));
         Ok((seed, shape_file::open(&folder.join(format!("{seed}.txt")), verb.force)?))
     };
-    let files: Result<Vec<(u64, Output)>> = (0..count).map(file).collect();
+    let files: Result<Vec<(u64, ShapeFile)>> = (0..count).map(file).collect();
     let done = files.and_then(|files| finish(verb, files, draw.as_ref(), as_json));
     if done.is_err() && is_new {
         // Removes an empty folder only.
@@ -145,7 +145,7 @@ fn read_spectrum(path: &Path) -> Result<Vec<f64>> {
         let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
         return spectra::parse(path, &bytes);
     }
-    let shape = coefficients::read(path, None)?;
+    let shape = coefficients::read(path, &ReadOptions::default())?;
     Ok(Spectrum::of(&shape.coefficients).degrees().iter().map(|d| d.power).collect())
 }
 
@@ -171,7 +171,8 @@ struct Row {
     seed: u64,
     mean_radius: f64,
     deviation: f64,
-    bounds: Bounds,
+    /// Certain bounds of the radius, m.
+    bounds: (f64, f64),
     rms: f64,
 }
 
@@ -184,23 +185,22 @@ impl Row {
     }
 }
 
-/// Refuses a radius that is not certainly positive: skipping the seed would bend the law.
-fn positive(seed: u64, c: &Coefficients) -> Result<Bounds> {
-    let bounds = Bounds::of(c)?;
-    if bounds.min > 0.0 {
-        return Ok(bounds);
+/// Bounds the radius; refuses one that is not certainly positive: skipping the seed would bend the law.
+fn positive(seed: u64, c: &Coefficients) -> Result<(f64, f64)> {
+    let (min, max) = range(c)?;
+    if min > 0.0 {
+        return Ok((min, max));
     }
     Err(Error::Geometry(format!(
-        "the radius of seed {seed} is not positive in every direction (lower bound {:.3e} m): lower its deviation, raise the exponent, \
-         or, for a Gaussian random sphere, raise the degree",
-        bounds.min
+        "the radius of seed {seed} is not positive in every direction (lower bound {min:.3e} m): lower its deviation, raise the exponent, \
+         or, for a Gaussian random sphere, raise the degree"
     )))
 }
 
 /// Draws and writes one shape after the other; when one fails, those before it stand.
 fn finish(
     verb: &Random,
-    files: Vec<(u64, Output)>,
+    files: Vec<(u64, ShapeFile)>,
     draw: &dyn Fn(u64) -> Result<RandomShape>,
     as_json: bool,
 ) -> Result<Code> {
@@ -208,7 +208,7 @@ fn finish(
     for (seed, output) in files {
         let drawn = draw(seed)?;
         rows.push(Row::of(seed, &drawn)?);
-        shape_file::write(output, &Shape::new(drawn.coefficients))?;
+        output.write(&Shape::new(drawn.coefficients))?;
     }
     if as_json {
         let list = rows.iter().map(|r| {
@@ -216,7 +216,7 @@ fn finish(
                 "seed": r.seed,
                 "mean_radius": r.mean_radius,
                 "deviation": r.deviation,
-                "radius_bounds": [r.bounds.min, r.bounds.max],
+                "radius_bounds": [r.bounds.0, r.bounds.1],
                 "truncation_rms": r.rms,
             })
         });
@@ -243,8 +243,8 @@ fn report(rows: &[Row]) {
             r.seed.to_string(),
             say::significant(r.mean_radius, 5),
             say::percent(r.deviation / r.mean_radius),
-            say::significant(r.bounds.min, 4),
-            say::significant(r.bounds.max, 4),
+            say::significant(r.bounds.0, 4),
+            say::significant(r.bounds.1, 4),
             say::percent(r.rms / r.mean_radius),
         ]);
     }

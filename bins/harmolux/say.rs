@@ -5,6 +5,7 @@ use std::io::Write;
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 use harmolux::Error;
+use harmolux::sh::Convention;
 
 /// Prints an error.
 pub(crate) fn error(error: &Error) {
@@ -54,6 +55,11 @@ pub(crate) fn pairs(pairs: &[(&str, String)]) {
     for (name, value) in pairs {
         data(&format!("{name:<width$}  {value}"));
     }
+}
+
+/// Names a convention.
+pub(crate) fn convention(convention: Convention) -> String {
+    format!("{}, csphase {}", convention.normalisation, convention.phase.csphase())
 }
 
 /// Writes a share as a percentage with three significant digits.

@@ -1,18 +1,33 @@
-//! Coefficient files as several verbs read and write them.
+//! Coefficient files as several verbs write them: the extension chooses the format.
 
 use std::path::Path;
 
 use harmolux::Result;
-use harmolux::io::coefficients::{Shape, shtools_text};
-use harmolux::io::output::{Kind, Output};
-use harmolux::sh::Convention;
+use harmolux::io::coefficients::{SeriesFormat, Shape, Tolerance, WriteOptions, encode};
+use harmolux::io::output::Output;
 
-/// Checks that a coefficient file can be written, before the work.
-pub(crate) fn open(path: &Path, force: bool) -> Result<Output> {
-    Output::open(path, &Kind::COEFFICIENTS, force)
+/// A coefficient file that can be written.
+#[derive(Debug)]
+pub(crate) struct ShapeFile {
+    output: Output,
+    format: SeriesFormat,
 }
 
-/// Writes a shape.
-pub(crate) fn write(output: Output, shape: &Shape) -> Result<()> {
-    output.write(&shtools_text::write(shape, Convention::default())?)
+/// Checks that a coefficient file can be written, before the work.
+pub(crate) fn open(path: &Path, force: bool) -> Result<ShapeFile> {
+    let format = SeriesFormat::of_extension(path).unwrap_or(SeriesFormat::Text);
+    Ok(ShapeFile { output: Output::open(path, &format.kind(), force)?, format })
+}
+
+impl ShapeFile {
+    /// Writes a shape, the compact form to a thousandth of the mean radius.
+    pub(crate) fn write(self, shape: &Shape) -> Result<()> {
+        self.write_to(shape, WriteOptions::default().tolerance)
+    }
+
+    /// Writes a shape, the compact form to this tolerance.
+    pub(crate) fn write_to(self, shape: &Shape, tolerance: Tolerance) -> Result<()> {
+        let options = WriteOptions { tolerance, ..WriteOptions::default() };
+        self.output.write(&encode(shape, self.format, &options)?)
+    }
 }

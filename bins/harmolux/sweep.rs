@@ -3,27 +3,29 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use harmolux::io::coefficients::{Shape, shtools_text};
-use harmolux::io::output::{Kind, Output};
+use harmolux::io::coefficients::Shape;
+use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
-use harmolux::sh::Convention;
-use harmolux::study::{SweepRow, sweep};
+use harmolux::study::{SweepRow, sweep, sweep_figure};
 use harmolux::{Error, Result};
 
 use super::arguments::{Degrees, MeshHabits, degrees};
 use super::exit::Code;
 use super::fit::{about, read_mesh, source};
+use super::plot::PlotFormat;
 use super::say;
+use super::shape_file::{self, ShapeFile};
 
 /// Measure what each truncation degree costs and buys, beside the mesh itself
 ///
-/// For each degree: bytes, RMS and largest radial error, time to fit, time to trace a ray. Writes sweep.csv and the coefficients of each degree.
+/// For each degree: bytes, RMS and largest radial error, time to fit, time to trace a ray. Writes sweep.csv, the plot of error against bytes as
+/// sweep.svg and sweep.png, and the coefficients of each degree.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux sweep head.obj -l 4,8,16,32,64 -o out
   harmolux sweep head.obj -l 2..16 -o out --json")]
 pub(crate) struct Sweep {
-    /// The mesh (OBJ)
+    /// The mesh (OBJ, PLY, STL, OFF or glTF)
     pub(crate) mesh: PathBuf,
     /// The degrees: 4,8,16 or 2..64
     #[arg(short = 'l', long = "degrees", value_name = "LIST", value_parser = degrees)]
@@ -56,9 +58,14 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let stem = verb.mesh.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let file = |degree: &usize| {
         let path = verb.output.join(format!("{stem}-{degree}.txt"));
-        Output::open(&path, &Kind::COEFFICIENTS, verb.force)
+        shape_file::open(&path, verb.force)
     };
-    let files: Vec<Output> = verb.degrees.0.iter().map(file).collect::<Result<_>>()?;
+    let plot = |(name, format): (&str, PlotFormat)| {
+        Ok((format, Output::open(&verb.output.join(name), &format.kind(), verb.force)?))
+    };
+    let plots = [("sweep.svg", PlotFormat::Svg), ("sweep.png", PlotFormat::Png)];
+    let plots: Vec<(PlotFormat, Output)> = plots.into_iter().map(plot).collect::<Result<_>>()?;
+    let files: Vec<ShapeFile> = verb.degrees.0.iter().map(file).collect::<Result<_>>()?;
     let mesh = read_mesh(&verb.mesh, &verb.habits)?;
     let lines = verb.degrees.0.len() + 1;
     let rows = sweep(&mesh, &verb.degrees.0, &|done| say::note(&format!("{done} of {lines}")))
@@ -67,6 +74,10 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
         fill(&mut table, row);
     }
     csv.write(&table.to_csv()?)?;
+    let figure = sweep_figure(&rows);
+    for (format, output) in plots {
+        format.write(&figure, output)?;
+    }
     let source = source(&verb.mesh)?;
     for (row, file) in rows.iter().zip(files) {
         let Some(fit) = &row.fit else { continue };
@@ -76,7 +87,7 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
             source: Some(source.clone()),
             truncated_from: None,
         };
-        file.write(&shtools_text::write(&shape, Convention::default())?)?;
+        file.write(&shape)?;
     }
     if as_json {
         say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());

@@ -11,7 +11,7 @@ use harmolux::sh::{Alignment, Axis, Recentred, Top};
 use harmolux::study::{NewCentre, Reshaped, Steps, Turn, reshape};
 use serde_json::{Value, json};
 
-use super::arguments::{SeriesHabits, numbers, point};
+use super::arguments::{SeriesReading, numbers, point};
 use super::exit::Code;
 use super::fit::about;
 use super::{say, shape_file};
@@ -50,7 +50,7 @@ pub(crate) struct Transform {
     #[arg(long)]
     pub(crate) to_origin: bool,
     #[command(flatten)]
-    pub(crate) habits: SeriesHabits,
+    pub(crate) reading: SeriesReading,
     /// Replace a file that another program wrote
     #[arg(long)]
     pub(crate) force: bool,
@@ -123,7 +123,7 @@ fn new_centre(text: &str) -> Result<NewCentre, String> {
 /// Runs the verb.
 pub(crate) fn run(verb: &Transform, as_json: bool) -> Result<Code> {
     let output = shape_file::open(&verb.output, verb.force)?;
-    let shape = coefficients::read(&verb.shape, verb.habits.convention())?;
+    let shape = coefficients::read(&verb.shape, &verb.reading.options())?;
     let steps = Steps {
         degree: verb.degree.map(|l| l as usize),
         centre: verb.recentre,
@@ -137,7 +137,7 @@ pub(crate) fn run(verb: &Transform, as_json: bool) -> Result<Code> {
         to_origin: verb.to_origin,
     };
     let done = reshape(&shape, &steps).map_err(|e| about(&verb.shape, e))?;
-    shape_file::write(output, &done.shape)?;
+    output.write(&done.shape)?;
     if as_json {
         say::data(&value(verb, &done).to_string());
     } else {

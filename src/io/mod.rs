@@ -4,6 +4,7 @@ pub mod coefficients;
 pub mod images;
 pub mod meshes;
 pub mod output;
+pub mod plots;
 pub mod points;
 pub mod scene_file;
 pub mod spectra;

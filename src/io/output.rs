@@ -2,7 +2,8 @@
 //!
 //! A file is ours when it begins as its [`Kind`] begins and names this program within its first KiB: the `Software` text of a PNG,
 //! the `software` attribute of an EXR or JSON file, the first comment of a coefficient text. A CSV table has no room for a name
-//! that other programs would not stumble over: there the very header row that is to be written is the mark.
+//! that other programs would not stumble over: there the very header row that is to be written is the mark. A bare array of numbers
+//! has room for nothing: there every file counts as foreign.
 
 use std::borrow::Cow;
 use std::fs;
@@ -28,12 +29,25 @@ pub struct Kind {
     name: &'static str,
     extensions: &'static [&'static str],
     start: Cow<'static, [u8]>,
-    mark: &'static str,
+    mark: Mark,
+}
+
+/// Names what shows that a file is ours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mark {
+    /// How it begins, and the name of this program.
+    Name,
+    /// How it begins.
+    Start,
+    /// Nothing can.
+    Nothing,
 }
 
 impl Kind {
     /// A PNG image.
     pub const PNG: Self = Self::new("a PNG image", &["png"], b"\x89PNG\r\n\x1a\n");
+    /// An SVG drawing.
+    pub const SVG: Self = Self::new("an SVG drawing", &["svg"], b"<svg");
     /// An `OpenEXR` image.
     pub const EXR: Self = Self::new("an EXR image", &["exr"], &[0x76, 0x2f, 0x31, 0x01]);
     /// A coefficient text in the layout of pyshtools.
@@ -48,20 +62,43 @@ impl Kind {
         extensions: &'static [&'static str],
         start: &'static [u8],
     ) -> Self {
-        Self { name, extensions, start: Cow::Borrowed(start), mark: MARK }
+        Self { name, extensions, start: Cow::Borrowed(start), mark: Mark::Name }
+    }
+
+    /// Describes files that have no room for the name of a program: what stands there is never taken for ours.
+    pub const fn unmarked(name: &'static str, extensions: &'static [&'static str]) -> Self {
+        Self { name, extensions, start: Cow::Borrowed(&[]), mark: Mark::Nothing }
+    }
+
+    /// Describes files that begin with bytes no other program writes.
+    pub const fn signed(
+        name: &'static str,
+        extensions: &'static [&'static str],
+        start: &'static [u8],
+    ) -> Self {
+        Self { name, extensions, start: Cow::Borrowed(start), mark: Mark::Start }
     }
 
     /// Describes CSV tables whose header row is the given line, its end included.
     pub fn csv(header: Vec<u8>) -> Self {
-        Self { name: "a CSV table", extensions: &["csv"], start: Cow::Owned(header), mark: "" }
+        Self {
+            name: "a CSV table",
+            extensions: &["csv"],
+            start: Cow::Owned(header),
+            mark: Mark::Start,
+        }
     }
 
     /// Tells whether a file with these first bytes was written by this program.
     fn owns(&self, head: &[u8]) -> bool {
-        let mark = self.mark.as_bytes();
+        let mark = MARK.as_bytes();
         let named = |w: &[u8]| w.starts_with(mark) && w.last().is_some_and(u8::is_ascii_digit);
-        head.starts_with(&self.start)
-            && (mark.is_empty() || head.windows(mark.len() + 1).any(named))
+        let marked = match self.mark {
+            Mark::Name => head.windows(mark.len() + 1).any(named),
+            Mark::Start => true,
+            Mark::Nothing => false,
+        };
+        marked && head.starts_with(&self.start)
     }
 
     fn fits(&self, path: &Path) -> bool {
@@ -180,11 +217,12 @@ impl Output {
         if self.force || self.kind.owns(&self.head()?) || present.len() == 0 {
             return Ok(());
         }
-        refuse(&format!(
-            "the file that stands there was not written by this program as {}: \
-             choose another name, or replace it with `--force`",
-            self.kind.name
-        ))
+        let name = self.kind.name;
+        let why = match self.kind.mark {
+            Mark::Nothing => format!("{name} cannot say whether this program wrote it"),
+            _ => format!("the file that stands there was not written by this program as {name}"),
+        };
+        refuse(&format!("{why}: choose another name, or replace it with `--force`"))
     }
 
     fn head(&self) -> Result<Vec<u8>> {
@@ -271,6 +309,15 @@ mod tests {
     fn names(folder: &TempDir) -> Vec<String> {
         let entries = fs::read_dir(folder.path()).expect("readable");
         entries.map(|e| e.expect("entry").file_name().to_string_lossy().into_owned()).collect()
+    }
+
+    #[test]
+    fn file_without_room_for_a_name_is_never_ours() {
+        let (folder, path) = folder_with(Some(OURS));
+        let kind = Kind::unmarked("an array", &["txt"]);
+        assert!(refusal(&path, &kind, false).contains("an array cannot say whether this program"));
+        Output::open(&path, &kind, true).expect("forced").write(b"1").expect("written");
+        assert_eq!(fs::read(folder.path().join("head.txt")).expect("readable"), b"1");
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub struct Rotation {
 }
 
 /// Holds the angles of R = Rz(alpha) Ry(beta) Rz(gamma), radians: the body turns by gamma about z, then by beta about y, then by alpha
-/// about z, all three axes fixed in space (active, z-y-z).
+/// about z, all three axes fixed in space (active, z-y-z). To pyshtools this is `rotate(alpha, beta, gamma, convention='y', body=True)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EulerAngles {
     /// The last turn, about z.

@@ -7,7 +7,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::shape::{Solid, exact_grid};
-use super::transform::synthesis;
+use super::synthesis;
 use super::{Coefficients, rotate};
 use crate::Result;
 use crate::math::Rotation;

@@ -55,8 +55,11 @@ impl Bounds {
     }
 }
 
-/// Bounds f itself, on a finer grid and about its mid-range: |f - c| <= max |sample - c| / cos^2(pi lmax / n), n = 16 lmax.
-pub(super) fn range(f: &Coefficients) -> Result<(f64, f64)> {
+/// Bounds f alone, below and above, on a finer grid and about its mid-range: |f - c| <= max |sample - c| / cos^2(pi lmax / n), n = 16 lmax.
+///
+/// # Errors
+/// As [`synthesis`]: a degree too high to evaluate.
+pub fn range(f: &Coefficients) -> Result<(f64, f64)> {
     let degree = f.lmax();
     let half = 8 * degree.max(1);
     let samples = synthesis(f, &Grid::equispaced(half, 2 * half))?;

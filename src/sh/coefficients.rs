@@ -92,6 +92,20 @@ impl Coefficients {
         &self.b
     }
 
+    /// Joins columns: A_lm and B_lm of order m, degree after degree from l = m.
+    pub(super) fn of_columns(columns: &[Vec<(f64, f64)>]) -> Self {
+        let mut c = Self::zeros(columns.len().saturating_sub(1));
+        for l in 0..=c.lmax {
+            let row = index(l, 0)..index(l + 1, 0);
+            let entries = c.a[row.clone()].iter_mut().zip(&mut c.b[row]).enumerate();
+            for (m, (a, b)) in entries {
+                (*a, *b) = columns[m][l - m];
+            }
+            c.b[index(l, 0)] = 0.0;
+        }
+        c
+    }
+
     /// Gives A_lm and B_lm of one order, degree after degree from l = m.
     pub(super) fn column(&self, m: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         (m..=self.lmax).scan(index(m, m), |place, l| {

@@ -10,10 +10,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::bounds::range;
 use super::shape::{angles, require_positive};
-use super::{Coefficients, Moments, Series, rotation_derivatives};
-use super::{Grid, analysis, synthesis};
+use super::{
+    Coefficients, Grid, Moments, Series, analysis, range, rotation_derivatives, synthesis,
+};
 use crate::{Error, Result};
 
 /// Holds a shape about its new centre and how well it is described there.

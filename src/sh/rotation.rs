@@ -255,7 +255,7 @@ mod tests {
                 .fold(0.0, f64::max);
             let error = largest_difference(&rotate(&there, &rotation.inverse()), &c);
             println!("degree {lmax}: power {drift:e}, back {error:e}");
-            // Measured at 1000: 8e-15 and 2.3e-13.
+            // Measured: 8e-15 and 2.3e-13 at degree 1000, 1.2e-14 and 3.5e-13 at 1400.
             assert!(drift <= 1e-13 && error <= 2e-12, "{lmax}: {drift:e} {error:e}");
         }
     }

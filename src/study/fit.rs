@@ -105,7 +105,8 @@ pub const fn series_bytes(lmax: usize) -> usize {
     4 * (lmax + 1) * (lmax + 1)
 }
 
-/// Fits a mesh about the given centre; without one about its own origin if it is star-shaped about that, else about the best centre.
+/// Fits a mesh about the given centre; without one about its own origin if it is star-shaped about that, else about the
+/// centre that [`star::preferred_centre`] proposes.
 ///
 /// A mesh that is star-shaped about no centre is fitted only when [`FitSettings::not_star`] says how: about the one of origin, best centre and centroid
 /// from which the fewest directions meet it more than once.
@@ -166,32 +167,19 @@ fn choose_centre(mesh: &Mesh, settings: &FitSettings) -> Result<DVec3> {
     if star::test(mesh, DVec3::ZERO)?.is_star_shaped() {
         return Ok(DVec3::ZERO);
     }
-    let (best, clearance) = star::best_centre(mesh)?;
+    let (centre, clearance) = star::preferred_centre(mesh)?;
     if clearance > 0.0 {
-        return Ok(best);
+        return Ok(centre);
     }
     let Some(_) = settings.not_star else {
         // Without any valid centre the message about the origin is the more useful one.
         return Ok(DVec3::ZERO);
     };
-    least_folded(mesh, &[DVec3::ZERO, best, centroid(mesh)])?.ok_or_else(|| {
+    least_folded(mesh, &[DVec3::ZERO, centre, mesh.centroid(mesh.bounds().centre())])?.ok_or_else(|| {
         Error::Geometry(
             "neither the origin nor the best centre nor the centroid lies inside the mesh: give a centre inside it".to_owned(),
         )
     })
-}
-
-/// Gives the centroid of the volume inside a closed mesh, from tetrahedra over the middle of its bounds.
-fn centroid(mesh: &Mesh) -> DVec3 {
-    let middle = mesh.bounds().centre();
-    let (mut moment, mut volume) = (DVec3::ZERO, 0.0);
-    for face in 0..mesh.triangles().len() {
-        let [a, b, c] = mesh.corners(face).map(|p| p - middle);
-        let six_fold = a.dot(b.cross(c));
-        moment += six_fold * (a + b + c) / 4.0;
-        volume += six_fold;
-    }
-    middle + moment / volume
 }
 
 /// Says how to fit a mesh all the same.
@@ -211,7 +199,7 @@ fn check_limit(folds: Option<Folds>, settings: &FitSettings, centre: DVec3) -> R
         return Ok(());
     }
     Err(Error::Geometry(format!(
-        "{:.2} % of the directions from {centre:.6} meet the mesh more than once, more than the {} % that are accepted: such a shape is          hardly a radius; raise `--not-star-limit`, give another centre, or cut the mesh in parts",
+        "{:.2} % of the directions from {centre:.6} meet the mesh more than once, more than the {} % that are accepted: such a shape is hardly a radius; raise `--not-star-limit`, give another centre, or cut the mesh in parts",
         100.0 * folds.share,
         100.0 * rule.limit
     )))

@@ -7,11 +7,12 @@ use glam::DVec3;
 
 use super::fit::{Fit, FitSettings, fit};
 use super::{grids, solids};
+use crate::io::coefficients::{self, ReadOptions, SeriesFormat};
+use crate::io::meshes;
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
     PlacementSpec, SceneFile, SensorSpec, ShSpec,
 };
-use crate::io::{coefficients, meshes};
 use crate::scene::{Material, Object, Perspective, PointLight, Scene, Sensor};
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
 use crate::surface::{
@@ -145,8 +146,9 @@ fn build_mesh(file: &SceneFile, name: &str, spec: &MeshSpec, own: Material) -> R
 
 fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Result<Built> {
     let key = ["objects", name, "sh", "file"];
-    let (series, centre, fit) = if is_coefficients(&spec.file.resolved) {
-        let shape = read(file, &key, &spec.file, |path| coefficients::read(path, None))?;
+    let (series, centre, fit) = if SeriesFormat::of_extension(&spec.file.resolved).is_some() {
+        let shape =
+            read(file, &key, &spec.file, |path| coefficients::read(path, &ReadOptions::default()))?;
         (shape.coefficients.truncated(spec.degree), shape.centre, None)
     } else {
         let mesh = read(file, &key, &spec.file, meshes::read)?;
@@ -158,12 +160,6 @@ fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Resul
         .map_err(|e| at_key(file, &key, &spec.file, &e))?;
     let object = place(name, surface, &spec.placement(), centre, own)?;
     Ok(Built { object, closed: true, fit, deficiencies: Vec::new() })
-}
-
-/// Tells a coefficient file from a mesh by its extension.
-fn is_coefficients(path: &Path) -> bool {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-    ["txt", "sh"].iter().any(|e| e.eq_ignore_ascii_case(extension))
 }
 
 fn intersector(spec: &ShSpec) -> Intersector {

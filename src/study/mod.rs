@@ -1,6 +1,8 @@
 //! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees.
 
 mod batch;
+mod check;
+mod compare;
 mod fit;
 mod fit_points;
 mod grids;
@@ -10,8 +12,13 @@ mod solids;
 mod sweep;
 
 pub use batch::batch;
+pub use check::{Check, CheckSettings, FaceFault, SOUND, StarCheck};
+pub use compare::{
+    CompareSettings, Comparison, DistanceMap, Hausdorff, NormalAngles, RadialDifference, Subject,
+    compare, distance_map,
+};
 pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
 pub use fit_points::{PointFit, fit_points};
 pub use load::{FittedObject, Loaded, SensorGroup, camera, load};
 pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
-pub use sweep::{SweepRow, sweep};
+pub use sweep::{SweepRow, sweep, sweep_figure};

@@ -152,6 +152,33 @@ impl Bvh {
         found
     }
 
+    /// Shows the visitor every box that may overlap `with`, in no particular order; too many perhaps, never too few.
+    pub fn overlapping(&self, with: Aabb, mut visit: impl FnMut(usize)) {
+        // Every box is within the whole, in which all coordinates of the walk are small.
+        let within = Aabb { min: with.min.max(self.whole.min), max: with.max.min(self.whole.max) };
+        if within.is_empty() {
+            return;
+        }
+        let within = self.rounded(within);
+        let [min, max] = [within.min, within.max].map(|p| p.to_array().map(Vec4::splat));
+        let mut waiting = vec![0_u32];
+        while let Some(next) = waiting.pop() {
+            let node = &self.nodes[next as usize];
+            let mut met = 0b1111;
+            for axis in 0..3 {
+                met &= node.planes[0][axis].cmple(max[axis]).bitmask();
+                met &= node.planes[1][axis].cmpge(min[axis]).bitmask();
+            }
+            for lane in (0..4).filter(|lane| met >> lane & 1 == 1) {
+                let (first, boxes) = (node.first[lane], node.boxes[lane]);
+                if boxes == 0 {
+                    waiting.push(first);
+                }
+                (first..first + boxes).for_each(|slot| visit(self.index(slot as usize)));
+            }
+        }
+    }
+
     /// Shows the visitor every box the ray may meet before the distance it last answered; `None` ends the walk.
     fn walk(&self, ray: &Ray, visit: impl FnMut(usize, f64) -> Option<f64>) {
         let Some((enter, _)) = self.whole.intersect(ray) else { return };
@@ -362,6 +389,29 @@ mod tests {
         assert_eq!(tree.bounds(), Aabb::EMPTY);
         let left_out = Bvh::build(&[Aabb::EMPTY, Aabb::ALL]);
         assert!(all_met(&left_out, &Ray::new(DVec3::ZERO, DVec3::X)).is_empty());
+    }
+
+    #[test]
+    fn boxes_that_overlap_are_all_shown() {
+        Bvh::build(&[]).overlapping(Aabb::ALL, |_| panic!("a box of nothing"));
+        let mut stream = Stream::new(Randomness::Pseudorandom, 3, 0);
+        let mut random = |size| {
+            let corner = point(&mut stream);
+            Aabb::new(corner, corner + size * point(&mut stream))
+        };
+        let boxes: Vec<Aabb> = (0..300).map(|_| random(0.1)).collect();
+        let tree = Bvh::build(&boxes);
+        for _ in 0..100 {
+            let with = random(0.3);
+            let mut shown = vec![false; boxes.len()];
+            tree.overlapping(with, |i| shown[i] = true);
+            for (found, b) in shown.iter().zip(&boxes) {
+                let meets = b.min.cmple(with.max).all() && with.min.cmple(b.max).all();
+                assert!(*found || !meets);
+            }
+            // Leaves hold four boxes: not many too many are shown.
+            assert!(shown.iter().filter(|s| **s).count() <= 100);
+        }
     }
 
     #[test]

@@ -117,6 +117,18 @@ impl Mesh {
         (0..self.triangles.len()).map(six_fold).sum::<f64>() / 6.0
     }
 
+    /// Gives the centroid of the cones from `apex` over the faces, metres: of the enclosed volume where the mesh is closed, whatever the apex.
+    pub fn centroid(&self, apex: DVec3) -> DVec3 {
+        let (mut volume, mut moment) = (0.0, DVec3::ZERO);
+        for face in 0..self.triangles.len() {
+            let [a, b, c] = self.corners(face).map(|p| p - apex);
+            let cone = a.dot(b.cross(c));
+            volume += cone;
+            moment += cone * (a + b + c) / 4.0;
+        }
+        apex + moment / volume
+    }
+
     /// Bounds the vertices that faces use; empty without faces.
     pub fn bounds(&self) -> Aabb {
         let used = self.triangles.iter().flatten();
@@ -209,6 +221,20 @@ pub(crate) mod shapes {
         ];
         let cap = [[0, 1, 4], [0, 4, 5], [1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7]];
         prism(&outline, &cap)
+    }
+
+    /// Approximates a torus of radii 2 and 1 by `n` times `m` quadrilaterals, each cut in two.
+    pub(crate) fn torus(n: u32, m: u32) -> Mesh {
+        let angle = |i: u32, of: u32| std::f64::consts::TAU * f64::from(i) / f64::from(of);
+        let point = |i: u32| {
+            let (u, v) = (angle(i / m, n), angle(i % m, m));
+            DVec3::new((2.0 + v.cos()) * u.cos(), (2.0 + v.cos()) * u.sin(), v.sin())
+        };
+        let triangles = (0..n * m).flat_map(|i| {
+            let at = |du: u32, dv: u32| (i / m + du) % n * m + (i % m + dv) % m;
+            [[at(0, 0), at(1, 0), at(1, 1)], [at(0, 0), at(1, 1), at(0, 1)]]
+        });
+        Mesh::new((0..n * m).map(point).collect(), triangles.collect()).expect("indices in range")
     }
 
     /// Approximates the unit sphere: an octahedron whose faces are split in four `levels` times.

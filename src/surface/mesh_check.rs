@@ -1,14 +1,11 @@
 //! What is wrong with a mesh, in numbers and in sentences; what to do about it is the reader's to decide, nothing is repaired.
 //!
-//! Most is read off the directed edges, gathered by their lower vertex: an edge of a closed, oriented surface is walked exactly
-//! once each way. Time and memory are linear in the size of the mesh.
-
-use std::collections::HashSet;
-use std::fmt;
-
-use glam::DVec3;
+//! Most is read off the edges (`mesh_edges`): an edge of a closed, oriented surface is walked exactly once each way. Time is linear
+//! in the size of the mesh; beside the mesh there is never more than another two thirds of its memory.
 
 use super::Mesh;
+use super::mesh_boundary::{BoundaryLoop, for_each_loop};
+use super::mesh_edges::{BadEdge, EdgeFault, for_each_edge, for_each_group};
 use crate::{Error, Result};
 
 /// Lists the deficiencies of a mesh and its topology.
@@ -32,8 +29,14 @@ pub struct MeshReport {
     pub duplicate: Vec<u32>,
     /// How many edges have one face only.
     pub boundary: usize,
+    /// How many loops the boundary forms; chains that do not close, which need an edge of three faces, count too.
+    pub boundary_loops: usize,
+    /// The longest of them.
+    pub longest_loop: Option<BoundaryLoop>,
     /// How many edges have three faces or more.
     pub non_manifold: usize,
+    /// The vertices where faces meet in several fans that no edge of two faces joins.
+    pub pinched: Vec<u32>,
     /// How many edges have two faces that disagree about the outside.
     pub inconsistent: usize,
     /// The first few edges of these three kinds, in this order of kinds.
@@ -42,28 +45,6 @@ pub struct MeshReport {
     pub components: usize,
     /// The enclosed volume, m3, negative when inside out; means something for closed meshes only.
     pub volume: f64,
-}
-
-/// Tells where an edge is and what is wrong with it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BadEdge {
-    /// What is wrong.
-    pub kind: EdgeFault,
-    /// The numbers of its two vertices, from 0.
-    pub vertices: [u32; 2],
-    /// Where they are, metres.
-    pub positions: [DVec3; 2],
-}
-
-/// Says what is wrong with an edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EdgeFault {
-    /// One face only: here the surface ends.
-    Boundary,
-    /// Three faces or more meet.
-    NonManifold,
-    /// The two faces disagree about the outside.
-    Inconsistent,
 }
 
 /// How many edges of a kind, faces and vertices a report shows.
@@ -89,6 +70,9 @@ impl MeshReport {
             collapsed: mesh.triangles().iter().filter(|t| is_collapsed(t)).count(),
             duplicate: duplicate_faces(mesh),
             boundary: edges.faults[0],
+            boundary_loops: edges.loops,
+            longest_loop: edges.longest,
+            pinched: pinched_vertices(mesh),
             non_manifold: edges.faults[1],
             inconsistent: edges.faults[2],
             examples: edges.examples.into_iter().flatten().collect(),
@@ -108,6 +92,22 @@ impl MeshReport {
     /// Tells whether every edge has exactly two faces that agree about the outside, and there is a face at all.
     pub fn is_closed(&self) -> bool {
         self.faces > 0 && self.boundary + self.non_manifold + self.inconsistent == 0
+    }
+
+    /// Tells whether no edge has more than two faces and the faces around each vertex form one fan.
+    pub fn is_manifold(&self) -> bool {
+        self.non_manifold == 0 && self.pinched.is_empty()
+    }
+
+    /// Tells whether no two faces at an edge disagree about the outside.
+    pub fn is_oriented(&self) -> bool {
+        self.inconsistent == 0
+    }
+
+    /// Gives the number of handles of all pieces together, of a closed manifold mesh.
+    pub fn genus(&self) -> Option<i64> {
+        let pieces = i64::try_from(self.components).unwrap_or(i64::MAX);
+        (self.is_closed() && self.is_manifold()).then(|| pieces - self.euler() / 2)
     }
 
     /// Tells whether the faces look inwards.
@@ -192,6 +192,13 @@ impl MeshReport {
                 listed("face", &self.degenerate)
             ));
         }
+        if !self.pinched.is_empty() {
+            all.push(format!(
+                "{} faces in several fans that no edge joins ({}); divide the vertex among them",
+                plural(self.pinched.len(), "vertex has", "vertices have"),
+                listed("vertex", &self.pinched)
+            ));
+        }
         if !self.duplicate.is_empty() {
             all.push(format!(
                 "{} the vertices of an earlier one ({}); remove one of each pair",
@@ -209,110 +216,101 @@ impl MeshReport {
     }
 }
 
-impl fmt::Display for BadEdge {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let ([a, b], [p, q]) = (self.vertices, self.positions);
-        write!(f, "vertices {a}-{b} at {p:.6} to {q:.6}")
-    }
-}
-
 /// Counts what the edges tell.
+#[derive(Default)]
 struct Edges {
     count: usize,
     /// By kind, in the order of [`EdgeFault`].
     faults: [usize; 3],
     examples: [Vec<BadEdge>; 3],
+    loops: usize,
+    longest: Option<BoundaryLoop>,
 }
 
 impl Edges {
     fn of(mesh: &Mesh) -> Self {
-        let mut all = Self { count: 0, faults: [0; 3], examples: Default::default() };
-        let walked = gathered(mesh, directed_edges(mesh));
-        for edge in walked.chunk_by(|a, b| (a.low, a.high) == (b.low, b.high)) {
-            all.add(mesh, edge);
-        }
+        let mut all = Self::default();
+        let mut boundary = Vec::new();
+        for_each_edge(mesh, |walks| {
+            all.count += 1;
+            let Some(kind) = EdgeFault::of(walks) else { return };
+            let place = kind as usize;
+            all.faults[place] += 1;
+            if kind == EdgeFault::Boundary {
+                boundary.push(walks[0].direction());
+            }
+            if all.examples[place].len() < SHOWN {
+                all.examples[place].push(BadEdge::new(mesh, kind, &walks[0]));
+            }
+        });
+        for_each_loop(boundary, |edges| {
+            all.loops += 1;
+            let found = BoundaryLoop::new(mesh, edges);
+            if all.longest.as_ref().is_none_or(|longest| found.length > longest.length) {
+                all.longest = Some(found);
+            }
+        });
         all
     }
-
-    /// Takes note of one edge: all the walks along it.
-    fn add(&mut self, mesh: &Mesh, walks: &[Walked]) {
-        self.count += 1;
-        let kind = match walks {
-            [_] => EdgeFault::Boundary,
-            [a, b] if a.upwards != b.upwards => return,
-            [_, _] => EdgeFault::Inconsistent,
-            _ => EdgeFault::NonManifold,
-        };
-        let place = kind as usize;
-        self.faults[place] += 1;
-        if self.examples[place].len() < SHOWN {
-            let vertices = [walks[0].low, walks[0].high];
-            let positions = vertices.map(|v| mesh.positions()[v as usize]);
-            self.examples[place].push(BadEdge { kind, vertices, positions });
-        }
-    }
 }
 
-/// One face's walk along an edge between two vertices, the lower number first.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
-struct Walked {
-    low: u32,
-    high: u32,
-    upwards: bool,
-}
-
-fn directed_edges(mesh: &Mesh) -> impl Iterator<Item = Walked> + Clone {
-    let proper = mesh.triangles().iter().filter(|t| !is_collapsed(t));
-    proper.flat_map(|&[a, b, c]| {
-        [(a, b), (b, c), (c, a)].map(|(p, q)| Walked {
-            low: p.min(q),
-            high: p.max(q),
-            upwards: p < q,
-        })
-    })
-}
-
-/// Brings items of one edge together: a counting sort by the lower vertex, then a sort of the few that share it.
-fn gathered(mesh: &Mesh, items: impl Iterator<Item = Walked> + Clone) -> Vec<Walked> {
-    let mut starts = vec![0_usize; mesh.positions().len() + 1];
-    items.clone().for_each(|w| starts[w.low as usize + 1] += 1);
-    for i in 1..starts.len() {
-        starts[i] += starts[i - 1];
-    }
-    let mut sorted = vec![Walked::default(); starts.last().copied().unwrap_or(0)];
-    let mut next = starts.clone();
-    for item in items {
-        let place = &mut next[item.low as usize];
-        sorted[*place] = item;
-        *place += 1;
-    }
-    starts.windows(2).for_each(|w| sorted[w[0]..w[1]].sort_unstable());
-    sorted
-}
-
-fn is_collapsed(&[a, b, c]: &[u32; 3]) -> bool {
+pub(super) fn is_collapsed(&[a, b, c]: &[u32; 3]) -> bool {
     a == b || b == c || c == a
 }
 
 /// Tells whether the sine of an angle between two edges is zero to the rounding of their cross product.
-fn is_degenerate(mesh: &Mesh, face: usize) -> bool {
+pub(super) fn is_degenerate(mesh: &Mesh, face: usize) -> bool {
     let [a, b, c] = mesh.corners(face);
     let (ab, ac) = (b - a, c - a);
     ab.cross(ac).length() <= 8.0 * f64::EPSILON * ab.length() * ac.length()
 }
 
-/// Finds the faces whose three vertices an earlier face has, by hashing the sorted triples.
-fn duplicate_faces(mesh: &Mesh) -> Vec<u32> {
-    let mut seen = HashSet::with_capacity(mesh.triangles().len());
+/// Finds the faces whose three vertices an earlier face has, in ascending order.
+pub(super) fn duplicate_faces(mesh: &Mesh) -> Vec<u32> {
+    let sorted = || {
+        let faces = mesh.triangles().iter().enumerate().filter(|(_, t)| !is_collapsed(t));
+        faces.map(|(face, &triangle)| {
+            let mut key = triangle;
+            key.sort_unstable();
+            (key[0], (key[1], key[2], face as u32))
+        })
+    };
     let mut repeated = Vec::new();
-    for (face, &triangle) in mesh.triangles().iter().enumerate() {
-        let mut key = triangle;
-        key.sort_unstable();
-        if !is_collapsed(&key) && !seen.insert(key) {
-            repeated.push(face as u32);
+    for_each_group(mesh.positions().len(), sorted, |_, faces| {
+        for same in faces.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            repeated.extend(same[1..].iter().map(|&(_, _, face)| face));
+        }
+    });
+    repeated.sort_unstable();
+    repeated
+}
+
+/// Finds the vertices where faces meet in more than one fan, joined by the vertex alone: a cone on the tip of another.
+///
+/// Corners of faces that share an edge of two faces are joined (union-find); what is left at a vertex are its fans.
+fn pinched_vertices(mesh: &Mesh) -> Vec<u32> {
+    // More corners than 32 bits can number are not looked at: half a terabyte of mesh.
+    let Ok(corners) = u32::try_from(3 * mesh.triangles().len()) else { return Vec::new() };
+    let mut parent: Vec<u32> = (0..corners).collect();
+    for_each_edge(mesh, |walks| {
+        let [one, other] = walks else { return };
+        for (a, b) in
+            [(one.low_corner(), other.low_corner()), (one.high_corner(), other.high_corner())]
+        {
+            let (a, b) = (find(&mut parent, a), find(&mut parent, b));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+    });
+    let mut fans = vec![0_u8; mesh.positions().len()];
+    for (face, triangle) in mesh.triangles().iter().enumerate().filter(|(_, t)| !is_collapsed(t)) {
+        for (corner, &v) in (3 * face..).zip(triangle) {
+            if parent[corner] as usize == corner {
+                fans[v as usize] = fans[v as usize].saturating_add(1);
+            }
         }
     }
-    repeated
+    // An edge of three faces parts their fans as well, but is a fault of its own.
+    (0..fans.len() as u32).filter(|&v| fans[v as usize] > 1).collect()
 }
 
 /// Counts the vertices in use and the pieces they form (union-find with path halving).
@@ -334,7 +332,7 @@ fn count_components(mesh: &Mesh) -> (usize, usize) {
     (vertices, roots)
 }
 
-fn find(parent: &mut [u32], mut v: u32) -> u32 {
+pub(super) fn find(parent: &mut [u32], mut v: u32) -> u32 {
     while parent[v as usize] != v {
         let up = parent[parent[v as usize] as usize];
         parent[v as usize] = up;
@@ -359,6 +357,7 @@ fn listed(noun: &str, numbers: &[u32]) -> String {
 mod tests {
     use super::super::mesh::shapes;
     use super::*;
+    use glam::DVec3;
 
     /// Makes a mesh from another's parts, changed.
     fn changed(mesh: &Mesh, change: impl Fn(&mut Vec<DVec3>, &mut Vec<[u32; 3]>)) -> MeshReport {
@@ -443,6 +442,38 @@ mod tests {
         assert!(report.degenerate.is_empty());
         let message = report.require_closed().unwrap_err().to_string();
         assert!(message.contains("2 vertices have a coordinate that is not finite"), "{message}");
+    }
+
+    #[test]
+    fn boundary_falls_into_loops() {
+        // Two holes: both triangles of the upper side, and one of the lower.
+        let report = changed(&shapes::cube(), |_, triangles| {
+            triangles.drain(10..);
+            triangles.remove(8);
+        });
+        assert_eq!((report.boundary, report.boundary_loops, report.genus()), (7, 2, None));
+        let longest = report.longest_loop.expect("two loops");
+        assert_eq!((longest.edges, longest.length), (4, 4.0));
+        assert_eq!(longest.middle, DVec3::new(0.5, 0.5, 1.0));
+    }
+
+    #[test]
+    fn cones_that_meet_at_their_tips_are_pinched() {
+        let report = changed(&shapes::cube(), |positions, triangles| {
+            // A second cube that shares the corner (1, 1, 1), number 7, with the first.
+            positions.extend(shapes::cube().positions()[1..].iter().map(|&p| p + 1.0));
+            let shifted = |v: u32| if v == 0 { 7 } else { v + 7 };
+            triangles.extend(shapes::cube().triangles().iter().map(|t| t.map(shifted)));
+        });
+        assert_eq!((report.pinched.clone(), report.components), (vec![7], 1));
+        assert!(report.is_closed() && !report.is_manifold() && report.genus().is_none());
+        assert!(report.deficiencies()[0].starts_with("1 vertex has faces in several fans"));
+    }
+
+    #[test]
+    fn genus_counts_the_handles() {
+        assert_eq!(MeshReport::of(&shapes::cube()).genus(), Some(0));
+        assert_eq!(MeshReport::of(&shapes::torus(8, 5)).genus(), Some(1));
     }
 
     #[test]

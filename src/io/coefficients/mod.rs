@@ -1,97 +1,168 @@
-//! Coefficient files: what accompanies the coefficients of a shape, and the formats they are kept in.
+//! Coefficient files: the formats they have, each read and written in a file of its own, and the doors to all of them. docs/coefficient_files.md
+//! says what each format keeps and in which convention its numbers stand.
 
+mod annotated;
+mod format;
+mod npy;
+mod recognise;
+mod rows;
+mod shape;
+
+pub mod aics_csv;
+pub mod alm_npy;
+pub mod binary;
+pub mod bshc;
+pub mod cilm_npy;
+pub mod compact;
+pub mod dov;
+pub mod shadr;
 pub mod shtools_text;
+pub mod spharm_pdm;
 
-use std::fmt;
+pub use compact::Tolerance;
+pub use format::SeriesFormat;
+pub use recognise::recognise;
+pub use shape::{Shape, Source, SourceHash};
+
 use std::path::Path;
 
-use glam::DVec3;
-
-use crate::sh::{Coefficients, Convention};
+use crate::error::InputError;
+use crate::sh::Convention;
 use crate::{Error, Result};
 
-/// Holds a star-shaped surface as its file does: the radius, metres, as a series about a centre, and where it comes from.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Shape {
-    /// The series of the radius, metres.
-    pub coefficients: Coefficients,
-    /// The expansion centre in the axes of the source, metres.
-    pub centre: DVec3,
-    /// The file that was expanded, when known.
-    pub source: Option<Source>,
-    /// The degree of the fit, when the series was cut below it afterwards.
-    pub truncated_from: Option<usize>,
+/// Says what a coefficient file may leave open.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ReadOptions {
+    /// The format; `None` lets content and extension tell it.
+    pub format: Option<SeriesFormat>,
+    /// The convention of a file that does not state it; it must not contradict one that does.
+    pub convention: Option<Convention>,
+    /// The length of the file's unit, metres, where the file does not state it; `None` is the metre.
+    pub unit: Option<f64>,
+    /// The row to read of a table that holds several shapes, counted from 1.
+    pub row: Option<usize>,
 }
 
-impl Shape {
-    /// Wraps a series about the origin of unknown source.
-    pub const fn new(coefficients: Coefficients) -> Self {
-        Self { coefficients, centre: DVec3::ZERO, source: None, truncated_from: None }
-    }
-
-    /// Cuts the series at `lmax`, and remembers the degree of the fit.
-    pub fn truncated(&self, lmax: usize) -> Self {
-        let degree = self.coefficients.lmax();
-        if lmax >= degree {
-            return self.clone();
-        }
-        Self {
-            coefficients: self.coefficients.truncated(lmax),
-            truncated_from: Some(self.truncated_from.unwrap_or(degree)),
-            ..self.clone()
-        }
-    }
-}
-
-/// Names a file by its name and content.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Source {
-    /// The file name, without folders.
-    pub name: String,
-    /// The fingerprint of its bytes.
-    pub hash: SourceHash,
-}
-
-impl Source {
-    /// Takes the file name of `path` and the fingerprint of `bytes`.
-    pub fn new(path: &Path, bytes: &[u8]) -> Self {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Self { name, hash: SourceHash::of(bytes) }
-    }
-}
-
-/// Fingerprints bytes by 64-bit FNV-1a (RFC 9923): tells whether a file has changed, not whether someone meant harm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SourceHash(u64);
-
-impl SourceHash {
-    /// Computes the fingerprint.
-    pub fn of(bytes: &[u8]) -> Self {
-        Self(bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-            (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
-        }))
-    }
-
-    /// Reads what Display writes; `None` for anything else.
-    fn parse(text: &str) -> Option<Self> {
-        let digits = text.strip_prefix("fnv1a64:").filter(|d| d.len() == 16)?;
-        u64::from_str_radix(digits, 16).ok().map(Self)
-    }
-}
-
-impl fmt::Display for SourceHash {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "fnv1a64:{:016x}", self.0)
-    }
-}
-
-/// Reads a coefficient file. `convention` is for files that do not state theirs; it must not contradict one that does.
+/// Reads a coefficient file.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read, else as [`shtools_text::parse`].
-pub fn read(path: &Path, convention: Option<Convention>) -> Result<Shape> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
-    shtools_text::parse(path, &bytes, convention)
+/// [`Error::Io`] when the file cannot be read, else as [`parse`].
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Shape> {
+    parse(path, &load(path)?, options)
+}
+
+/// Loads a whole file.
+///
+/// # Errors
+/// [`Error::Input`] for a folder, [`Error::Io`] when the file cannot be read.
+pub fn load(path: &Path) -> Result<Vec<u8>> {
+    if path.is_dir() {
+        let help = "name a file in it";
+        let message = "this is a folder, not a coefficient file";
+        return Err(InputError::new(path, message).help(help).into());
+    }
+    std::fs::read(path).map_err(|e| Error::io(path, "read", e))
+}
+
+/// Reads the bytes of a coefficient file; `path` is for messages and, where the content leaves a choice, its extension.
+///
+/// # Errors
+/// [`Error::Input`] when the format is not known, or as the reader of the format says; [`Error::Parameter`] when a row is asked for of
+/// a format that has none.
+pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
+    let format = options.format.or_else(|| recognise(path, bytes)).ok_or_else(|| {
+        let names: Vec<_> = SeriesFormat::ALL.iter().map(|format| format.name()).collect();
+        let help = format!("say its format with `--from`: {}", names.join(", "));
+        InputError::new(path, "this is no coefficient file that is known here").help(help)
+    })?;
+    if options.row.is_some() && format != SeriesFormat::Aics {
+        return Err(Error::Parameter(format!(
+            "{}: {} has one shape and no rows: leave out `--row`",
+            path.display(),
+            format.noun()
+        )));
+    }
+    let shape = match format {
+        SeriesFormat::Text => shtools_text::parse(path, bytes, options),
+        SeriesFormat::Dov => dov::parse(path, bytes, options),
+        SeriesFormat::Bshc => bshc::parse(path, bytes, options),
+        SeriesFormat::Npy => cilm_npy::parse(path, bytes, options),
+        SeriesFormat::Alm => alm_npy::parse(path, bytes, options),
+        SeriesFormat::SpharmPdm => spharm_pdm::parse(path, bytes, options),
+        SeriesFormat::Aics => aics_csv::parse(path, bytes, options),
+        SeriesFormat::Shadr => shadr::parse(path, bytes, options),
+        SeriesFormat::Binary => binary::parse(path, bytes),
+        SeriesFormat::Compact => compact::parse(path, bytes),
+    }?;
+    in_metres(path, shape, options.unit)
+}
+
+/// Tells in which convention the numbers of a file stand: that of the format, the one it states, else the one that is given; `None` for
+/// our own forms, which keep the internal basis.
+///
+/// # Errors
+/// As [`parse`], for what comes before the coefficients.
+pub fn convention(
+    path: &Path,
+    bytes: &[u8],
+    format: SeriesFormat,
+    options: &ReadOptions,
+) -> Result<Option<Convention>> {
+    let stated = match format {
+        SeriesFormat::Text | SeriesFormat::Dov => annotated::convention(path, bytes)?,
+        SeriesFormat::Shadr => shadr::convention(path, bytes)?,
+        SeriesFormat::Binary | SeriesFormat::Compact => return Ok(None),
+        _ => format.convention(),
+    };
+    Ok(stated.or(options.convention))
+}
+
+/// Scales a shape whose file has another unit.
+fn in_metres(path: &Path, shape: Shape, unit: Option<f64>) -> Result<Shape> {
+    let Some(metres) = unit.filter(|metres| *metres != 1.0) else { return Ok(shape) };
+    let coefficients = shape.coefficients.scaled(metres);
+    if !coefficients.energy().is_finite() {
+        let message = "the coefficients are beyond the range of f64 in metres";
+        return Err(InputError::new(path, message).into());
+    }
+    Ok(Shape { coefficients, centre: metres * shape.centre, ..shape })
+}
+
+/// Says what a format leaves open to the writer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WriteOptions {
+    /// The convention, where the format has none by definition ([`SeriesFormat::convention`]).
+    pub convention: Convention,
+    /// How far the radius may be changed by the compact form.
+    pub tolerance: Tolerance,
+}
+
+impl Default for WriteOptions {
+    /// The convention of pyshtools; a thousandth of the mean radius.
+    fn default() -> Self {
+        Self { convention: Convention::default(), tolerance: Tolerance::OfMeanRadius(1e-3) }
+    }
+}
+
+/// Writes a shape in a format.
+///
+/// # Errors
+/// [`Error::Numeric`] when the degree is too high for unnormalised coefficients; [`Error::Parameter`] for a convention that the format
+/// cannot say, or a tolerance that it cannot hold.
+pub fn encode(shape: &Shape, format: SeriesFormat, options: &WriteOptions) -> Result<Vec<u8>> {
+    let convention = options.convention;
+    match format {
+        SeriesFormat::Text => shtools_text::write(shape, convention),
+        SeriesFormat::Dov => dov::write(shape, convention),
+        SeriesFormat::Bshc => bshc::write(shape, convention),
+        SeriesFormat::Npy => cilm_npy::write(shape, convention),
+        SeriesFormat::Alm => Ok(alm_npy::write(shape)),
+        SeriesFormat::SpharmPdm => Ok(spharm_pdm::write(shape)),
+        SeriesFormat::Aics => aics_csv::write(shape),
+        SeriesFormat::Shadr => shadr::write(shape, convention),
+        SeriesFormat::Binary => binary::encode(shape),
+        SeriesFormat::Compact => Ok(compact::encode(shape, options.tolerance)?.bytes),
+    }
 }
 
 #[cfg(test)]
@@ -99,25 +170,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fingerprint_is_that_of_the_published_test_vectors() {
-        assert_eq!(SourceHash::of(b"").to_string(), "fnv1a64:cbf29ce484222325");
-        assert_eq!(SourceHash::of(b"foobar").to_string(), "fnv1a64:85944171f73967e8");
-        assert_eq!(SourceHash::parse("fnv1a64:85944171f73967e8"), Some(SourceHash::of(b"foobar")));
-        assert_eq!(SourceHash::parse("fnv1a64:85944171"), None);
-        assert_eq!(SourceHash::parse("85944171f73967e8"), None);
-    }
-
-    #[test]
-    fn cut_shape_remembers_the_first_degree() {
-        let shape = Shape::new(Coefficients::zeros(8));
-        assert_eq!(shape.truncated(9), shape);
-        let cut = shape.truncated(6).truncated(4);
-        assert_eq!((cut.coefficients.lmax(), cut.truncated_from), (4, Some(8)));
-    }
-
-    #[test]
     fn missing_file_is_reported_with_its_path() {
-        let error = read(Path::new("/no/such.txt"), None).expect_err("missing");
+        let error = read(Path::new("/no/such.txt"), &ReadOptions::default()).expect_err("missing");
         assert!(error.to_string().starts_with("/no/such.txt: cannot read"));
     }
 }

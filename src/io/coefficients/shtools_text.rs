@@ -1,300 +1,73 @@
-//! Coefficient text in the layout of pyshtools: a line `l, m, C, S` for each degree and order, as its `shwrite` makes it.
+//! Coefficient text in the layout of pyshtools ("shtools"): a line `l, m, C, S` for each degree and order, as its `shwrite` makes it.
 //!
-//! Comment lines, which `SHCoeffs.from_file` skips, come first and carry what the layout cannot say:
-//!
-//! ```text
-//! # harmolux 0.1.0 coefficients
-//! # normalisation: 4pi
-//! # csphase: 1
-//! # unit: m
-//! # centre: 0.0 0.0 0.0
-//! # source: "head.obj"
-//! # source-hash: fnv1a64:85944171f73967e8
-//! # lmax: 32
-//! # truncated-from: 64
-//! 0, 0, 8.9999999999999997e-02, 0.0000000000000000e+00
-//! ```
-//!
-//! `source`, `source-hash` and `truncated-from` may lack. A text that does not begin with the first of these lines is a bare one: its
-//! comments mean nothing to us, its centre is the origin, its unit the metre, and its convention must be given.
+//! Comment lines, which `SHCoeffs.from_file` skips, come first and carry what the layout cannot say: see `annotated.rs`. Files of
+//! pyshtools may have one or two header lines before the rows, which are passed over, and two more columns of errors.
 
 use std::path::Path;
-use std::str::FromStr;
 
-use glam::DVec3;
-
-use super::{Shape, Source, SourceHash};
+use super::rows::{Triangle, cells, check_place, coefficient, digits, lines, number};
+use super::{ReadOptions, Shape, annotated};
+use crate::Result;
 use crate::error::InputError;
-use crate::io::output::SOFTWARE;
-use crate::sh::{Coefficients, CondonShortley, Convention, Normalisation};
-use crate::{Error, Result};
+use crate::sh::{Coefficients, Convention};
 
-/// Ends the first line of our files.
-const TITLE: &str = "coefficients";
-
-/// Names the keys of the comment lines.
-const NORMALISATION: &str = "normalisation";
-const CSPHASE: &str = "csphase";
-const UNIT: &str = "unit";
-const CENTRE: &str = "centre";
-const SOURCE: &str = "source";
-const SOURCE_HASH: &str = "source-hash";
-const LMAX: &str = "lmax";
-const TRUNCATED_FROM: &str = "truncated-from";
+/// How many header lines pyshtools writes at most.
+const HEADER_LINES: usize = 2;
 
 /// Writes a shape as coefficient text, 17 significant digits a number: [`parse`] brings back what the convention keeps (all bits at
 /// m = 0 of Schmidt normalisation, 2 units in the last place elsewhere; unnormalised as far as f64 reaches).
 ///
 /// # Errors
-/// [`Error::Numeric`] when the degree is too high for unnormalised coefficients.
+/// [`Error::Numeric`](crate::Error::Numeric) when the degree is too high for unnormalised coefficients.
 pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
-    let mut lines = header(shape, convention);
-    for l in 0..=shape.coefficients.lmax() {
-        for m in 0..=l {
-            let (c, s) = convention.export(l, m, shape.coefficients.get(l, m))?;
-            lines.push(format!("{l}, {m}, {}, {}\n", digits(c), digits(s)));
-        }
-    }
-    Ok(lines.concat().into_bytes())
+    annotated::write(shape, convention, |l, m, (c, s)| {
+        format!("{l}, {m}, {}, {}\n", digits(c), digits(s))
+    })
 }
 
-fn header(shape: &Shape, convention: Convention) -> Vec<String> {
-    let DVec3 { x, y, z } = shape.centre;
-    let mut lines = vec![format!("# {SOFTWARE} {TITLE}\n")];
-    let mut line = |key: &str, value: &str| lines.push(format!("# {key}: {value}\n"));
-    line(NORMALISATION, convention.normalisation.name());
-    line(CSPHASE, &convention.phase.csphase().to_string());
-    line(UNIT, "m");
-    line(CENTRE, &format!("{x:?} {y:?} {z:?}"));
-    if let Some(source) = &shape.source {
-        line(SOURCE, &quoted(&source.name));
-        line(SOURCE_HASH, &source.hash.to_string());
-    }
-    line(LMAX, &shape.coefficients.lmax().to_string());
-    if let Some(degree) = shape.truncated_from {
-        line(TRUNCATED_FROM, &degree.to_string());
-    }
-    lines
-}
-
-/// Writes 17 significant digits with a signed exponent of at least two digits, as C, Fortran and Python do.
-fn digits(value: f64) -> String {
-    let text = format!("{value:.16e}");
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let (sign, exponent) = exponent.strip_prefix('-').map_or(('+', exponent), |e| ('-', e));
-    format!("{mantissa}e{sign}{exponent:0>2}")
-}
-
-/// Quotes a text as a JSON string in pure ASCII: a name with a line break stays on its line, and pyshtools decodes by the system's
-/// encoding, whichever that is.
-fn quoted(text: &str) -> String {
-    let escaped = |c: char| -> String {
-        if c.is_ascii() {
-            return c.to_string();
-        }
-        let units: Vec<String> =
-            c.encode_utf16(&mut [0; 2]).iter().map(|unit| format!("\\u{unit:04x}")).collect();
-        units.concat()
-    };
-    serde_json::Value::from(text).to_string().chars().map(escaped).collect()
-}
-
-/// Reads coefficient text: ours, or a bare one of pyshtools in the given `convention`; `path` is for messages.
+/// Reads coefficient text: ours, or a bare one of pyshtools in the given convention; `path` is for messages.
 ///
 /// Rows run from degree 0 up, order 0 to l, none missing. Separators are commas or blanks. As in pyshtools, S may lack at m = 0, and
 /// two more columns hold errors, which are not read. Memory is bound by the size of the text.
 ///
 /// # Errors
-/// [`Error::Input`] with line and remedy: not UTF-8, no convention or a contradictory one, a row that is missing, out of order,
-/// duplicate, of a wrong number of columns, not finite, cut off, or beyond f64; a broken comment line of ours.
-pub fn parse(path: &Path, bytes: &[u8], convention: Option<Convention>) -> Result<Shape> {
-    let text = std::str::from_utf8(bytes).map_err(|e| {
-        let line = bytes[..e.valid_up_to()].split(|b| *b == b'\n').count();
-        InputError::new(path, "this is not UTF-8 text, so no coefficient text").at(line, None)
-    })?;
-    let notes = Notes::read(path, text)?;
-    let convention = agreed(path, &notes, convention)?;
-    if notes.ours && !text.ends_with('\n') {
-        let last = text.lines().count();
-        return Err(InputError::new(path, "the file is cut off within this line")
-            .at(last, None)
-            .into());
-    }
-    let coefficients = rows(path, text, convention)?;
-    check_lmax(path, &notes, coefficients.lmax())?;
-    Ok(Shape {
-        coefficients,
-        centre: notes.centre.unwrap_or(DVec3::ZERO),
-        source: notes.name.zip(notes.hash).map(|(name, hash)| Source { name, hash }),
-        truncated_from: notes.truncated_from,
-    })
-}
-
-/// Chooses between the convention that the file states and the one that the caller gives.
-fn agreed(path: &Path, notes: &Notes, given: Option<Convention>) -> Result<Convention> {
-    let stated = notes
-        .normalisation
-        .zip(notes.phase)
-        .map(|(normalisation, phase)| Convention { normalisation, phase });
-    match (stated, given) {
-        (Some(stated), Some(given)) if stated != given => Err(InputError::new(
-            path,
-            format!(
-                "the file says {}, csphase {}; asked for was {}, csphase {}",
-                stated.normalisation,
-                stated.phase.csphase(),
-                given.normalisation,
-                given.phase.csphase()
-            ),
-        )
-        .help("leave out `--normalisation` and `--csphase`")
-        .into()),
-        (Some(convention), _) | (None, Some(convention)) => Ok(convention),
-        (None, None) => Err(InputError::new(path, "the file does not say how it is normalised")
-            .help(
-                "say it with `--normalisation 4pi|ortho|schmidt|unnorm` and `--csphase 1|-1` \
-                 (pyshtools writes 4pi and 1 unless told otherwise)",
-            )
-            .into()),
-    }
-}
-
-fn check_lmax(path: &Path, notes: &Notes, found: usize) -> Result<()> {
-    match notes.lmax {
-        Some(lmax) if lmax != found => Err(InputError::new(
-            path,
-            format!("the file announces degree {lmax} and ends with degree {found}"),
-        )
-        .help("part of it is lost: make it anew")
-        .into()),
-        _ => Ok(()),
-    }
-}
-
-/// Holds what the comment lines say.
-#[derive(Default)]
-struct Notes {
-    ours: bool,
-    normalisation: Option<Normalisation>,
-    phase: Option<CondonShortley>,
-    centre: Option<DVec3>,
-    name: Option<String>,
-    hash: Option<SourceHash>,
-    lmax: Option<usize>,
-    truncated_from: Option<usize>,
-}
-
-impl Notes {
-    fn read(path: &Path, text: &str) -> Result<Self> {
-        let mut notes = Self::default();
-        let mut lines = text.lines().zip(1..).take_while(|(line, _)| line.starts_with('#'));
-        let Some((first, _)) = lines.next() else { return Ok(notes) };
-        if !(first.starts_with("# harmolux ") && first.ends_with(TITLE)) {
-            return Ok(notes);
-        }
-        notes.ours = true;
-        for (line, number) in lines {
-            if let Some((key, value)) = line[1..].split_once(':') {
-                notes
-                    .take(key.trim(), value.trim())
-                    .map_err(|message| InputError::new(path, message).at(number, None))?;
-            }
-        }
-        notes.check_complete(path)?;
-        Ok(notes)
-    }
-
-    /// Takes one comment; keys of other versions are passed over.
-    fn take(&mut self, key: &str, value: &str) -> Result<(), String> {
-        let broken = |expected: &str| format!("`{value}` is no {key}: expected {expected}");
-        match key {
-            NORMALISATION => {
-                self.normalisation = Some(value.parse().map_err(|e: Error| e.to_string())?);
-            }
-            CSPHASE => self.phase = Some(value.parse().map_err(|e: Error| e.to_string())?),
-            UNIT if value != "m" => return Err(broken("m (scale the coefficients to metres)")),
-            CENTRE => {
-                self.centre = Some(point(value).ok_or_else(|| broken("three numbers, metres"))?);
-            }
-            SOURCE => {
-                let name = serde_json::from_str(value).map_err(|_| broken("a name in quotes"))?;
-                self.name = Some(name);
-            }
-            SOURCE_HASH => {
-                let hash = SourceHash::parse(value);
-                self.hash = Some(hash.ok_or_else(|| broken("fnv1a64: and 16 hexadecimal digits"))?);
-            }
-            LMAX => self.lmax = Some(value.parse().map_err(|_| broken("a degree"))?),
-            TRUNCATED_FROM => {
-                self.truncated_from = Some(value.parse().map_err(|_| broken("a degree"))?);
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    fn check_complete(&self, path: &Path) -> Result<()> {
-        let missing = [
-            (self.normalisation.is_none(), NORMALISATION, "4pi"),
-            (self.phase.is_none(), CSPHASE, "1"),
-            (self.centre.is_none(), CENTRE, "0 0 0"),
-            (self.lmax.is_none(), LMAX, "32"),
-        ];
-        match missing.into_iter().find(|(missing, ..)| *missing) {
-            Some((_, key, example)) => {
-                Err(InputError::new(path, format!("the comments lack `{key}`"))
-                    .at(1, None)
-                    .help(format!(
-                        "add a line as `# {key}: {example}`, or remove all comments and give \
-                     `--normalisation 4pi|ortho|schmidt|unnorm` and `--csphase 1|-1`"
-                    ))
-                    .into())
-            }
-            None => Ok(()),
-        }
-    }
-}
-
-fn point(text: &str) -> Option<DVec3> {
-    let numbers: Vec<f64> =
-        text.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
-    let point = DVec3::from_array(numbers.try_into().ok()?);
-    point.is_finite().then_some(point)
+/// [`Error::Input`](crate::Error::Input) with line and remedy: not UTF-8, no convention or a contradictory one, a row that is missing,
+/// out of order, duplicate, of a wrong number of columns, not finite, cut off, or beyond f64; a broken comment line of ours.
+pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
+    annotated::parse(path, bytes, options, rows)
 }
 
 /// Reads all rows in the one order they may have.
-fn rows(path: &Path, text: &str, convention: Convention) -> Result<Coefficients> {
-    let (mut a, mut b) = (Vec::new(), Vec::new());
-    let (mut l, mut m) = (0, 0);
-    for (line, number) in text.lines().zip(1..) {
-        let line = line.trim();
-        if line.is_empty() || line.starts_with('#') {
-            continue;
-        }
-        let (cosine, sine) = row(line, l, m)
-            .and_then(|cs| convention.import(l, m, cs).map_err(|e| e.to_string()))
+fn rows(path: &Path, text: &str, ours: bool, convention: Convention) -> Result<Coefficients> {
+    let mut triangle = Triangle::new(convention);
+    let skipped = if ours { 0 } else { header_lines(text) };
+    for (line, number) in lines(text).skip(skipped) {
+        row(line, triangle.next())
+            .and_then(|pair| triangle.push(pair))
             .map_err(|message| InputError::new(path, message).at(number, None))?;
-        a.push(cosine);
-        b.push(sine);
-        (l, m) = if m < l { (l, m + 1) } else { (l + 1, 0) };
     }
-    if (l, m) == (0, 0) {
-        return Err(InputError::new(path, "there are no coefficients here").into());
+    triangle.finish(path, Some(text.lines().count()))
+}
+
+/// Counts the lines before the row of degree 0 that are no rows: headers, whose meaning is their author's. A first line that looks like
+/// a row is one, so that no broken row passes for a header.
+pub(super) fn header_lines(text: &str) -> usize {
+    let is_row = |line: &str| {
+        let cells = cells(line);
+        cells.len() > 2 && cells[..2].iter().all(|cell| cell.parse::<i64>().is_ok())
+    };
+    let starts = |line: &str| cells(line).starts_with(&["0", "0"]);
+    let found =
+        lines(text).take(HEADER_LINES + 1).position(|(line, _)| is_row(line) || starts(line));
+    match found {
+        Some(n) if lines(text).nth(n).is_some_and(|(line, _)| starts(line)) => n,
+        _ => 0,
     }
-    if m > 0 {
-        let message =
-            format!("the file ends before degree {l}, order {m}: a degree has all orders 0 to {l}");
-        return Err(InputError::new(path, message)
-            .at(text.lines().count(), None)
-            .help(format!("remove the rows of degree {l}, or make the file anew"))
-            .into());
-    }
-    Coefficients::from_parts(l - 1, a, b)
 }
 
 /// Reads one row, which must be that of degree `l`, order `m`.
-fn row(line: &str, l: usize, m: usize) -> Result<(f64, f64), String> {
-    let cells: Vec<&str> = line.split([',', ' ', '\t']).filter(|cell| !cell.is_empty()).collect();
+fn row(line: &str, (l, m): (usize, usize)) -> Result<(f64, f64), String> {
+    let cells = cells(line);
     let (degree, order, c, s) = match cells.as_slice() {
         [degree, order, c] if m == 0 => (degree, order, c, &"0"),
         [degree, order, c, s] | [degree, order, c, s, _, _] => (degree, order, c, s),
@@ -306,43 +79,17 @@ fn row(line: &str, l: usize, m: usize) -> Result<(f64, f64), String> {
         }
     };
     check_place((number(degree, "degree")?, number(order, "order")?), (l, m))?;
-    let (c, s) = (coefficient(c)?, coefficient(s)?);
-    if m == 0 && s != 0.0 {
-        return Err(format!("S of order 0 is {s:e}: it must be 0, since sin(0) is"));
-    }
-    Ok((c, s))
-}
-
-fn check_place(found: (usize, usize), expected: (usize, usize)) -> Result<(), String> {
-    let ((degree, order), (l, m)) = (found, expected);
-    let place = format!("degree {degree}, order {order}");
-    if order > degree {
-        Err(format!("{place}: the order cannot exceed the degree"))
-    } else if found < expected {
-        Err(format!("{place} stands here a second time, or out of order"))
-    } else if found > expected {
-        Err(format!("{place} stands here, where degree {l}, order {m} must come first"))
-    } else {
-        Ok(())
-    }
-}
-
-fn number(text: &str, what: &str) -> Result<usize, String> {
-    usize::from_str(text)
-        .map_err(|_| format!("`{text}` is no {what}: expected a whole number from 0"))
-}
-
-fn coefficient(text: &str) -> Result<f64, String> {
-    match f64::from_str(text) {
-        Ok(value) if value.is_finite() => Ok(value),
-        Ok(_) => Err(format!("`{text}` is not a finite number")),
-        Err(_) => Err(format!("`{text}` is not a number")),
-    }
+    Ok((coefficient(c)?, coefficient(s)?))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Error;
+    use crate::io::coefficients::Source;
+    use crate::io::output::SOFTWARE;
+    use crate::sh::{CondonShortley, Normalisation};
+    use glam::DVec3;
     use proptest::prelude::*;
 
     /// Made by pyshtools 4.14.1; tests/data/README.md says how.
@@ -351,7 +98,8 @@ mod tests {
     const PATH: &str = "shape.txt";
 
     fn read(text: &str, convention: Option<Convention>) -> Result<Shape> {
-        parse(Path::new(PATH), text.as_bytes(), convention)
+        let options = ReadOptions { convention, ..ReadOptions::default() };
+        parse(Path::new(PATH), text.as_bytes(), &options)
     }
 
     fn bare(text: &str) -> Result<Shape> {
@@ -437,19 +185,6 @@ mod tests {
         let text = written(&shape, Convention::default());
         let rows: Vec<_> = text.lines().filter(|line| !line.starts_with('#')).map(cut).collect();
         assert_eq!(rows, PYSHTOOLS.lines().map(cut).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn digits_are_those_of_python() {
-        for (value, expected) in [
-            (0.0, "0.0000000000000000e+00"),
-            (-1.5, "-1.5000000000000000e+00"),
-            (0.09, "8.9999999999999997e-02"),
-            (1e300, "1.0000000000000001e+300"),
-            (5e-324, "4.9406564584124654e-324"),
-        ] {
-            assert_eq!(digits(value), expected);
-        }
     }
 
     #[test]
@@ -541,7 +276,7 @@ mod tests {
 
     #[test]
     fn bytes_that_are_no_text_are_refused_with_their_line() {
-        let error = parse(Path::new(PATH), b"0 0 1 0\n1 0 \xff\n", None);
+        let error = parse(Path::new(PATH), b"0 0 1 0\n1 0 \xff\n", &ReadOptions::default());
         assert_eq!(refusal(error), "shape.txt:2: this is not UTF-8 text, so no coefficient text");
     }
 
@@ -581,6 +316,29 @@ mod tests {
     fn error_columns_are_passed_over() {
         let with_errors = bare("0 0 1 0 0.1 0\n1 0 2 0 0.1 0\n1 1 3 4 0.1 0.1\n").expect("read");
         assert_eq!(with_errors, bare("0 0 1\n1 0 2\n1 1 3 4\n").expect("read"));
+    }
+
+    #[test]
+    fn header_lines_of_pyshtools_are_passed_over() {
+        let rows = "0 0 1\n1 0 2\n1 1 3 4\n";
+        let expected = bare(rows).expect("read");
+        for header in ["1738.0, 4902.8, 0, 1\n", "radius\n# note\n\n1.5 2.5 3 4 5\n", "0.0 0.0\n"] {
+            assert_eq!(bare(&format!("{header}{rows}")).expect(header), expected);
+        }
+        // Three are too many, and what looks like a row is no header.
+        let message = refusal(bare(&format!("a\nb\nc\n{rows}")));
+        assert!(message.starts_with("shape.txt:1: 1 columns"), "{message}");
+        let message = refusal(bare(&format!("1 0 2\n{rows}")));
+        assert!(message.starts_with("shape.txt:1: degree 1, order 0 stands here"), "{message}");
+    }
+
+    #[test]
+    fn other_unit_than_the_stated_one_is_refused() {
+        let text = written(&shape(1), Convention::default());
+        let unit = |metres| ReadOptions { unit: Some(metres), ..ReadOptions::default() };
+        assert!(parse(Path::new(PATH), text.as_bytes(), &unit(1.0)).is_ok());
+        let message = refusal(parse(Path::new(PATH), text.as_bytes(), &unit(0.001)));
+        assert!(message.contains("its unit is the metre") && message.contains("--unit"));
     }
 
     #[test]

@@ -1,71 +1,107 @@
-//! Mesh files.
+//! Mesh files: OBJ, PLY, STL, OFF and glTF in; OBJ, PLY and STL out.
+//!
+//! The format is told by the content of a file, and by its extension only where the content cannot tell. Every reader streams:
+//! it holds the mesh, a buffer and a line, and believes no count that the file is too short for. (glTF alone is read whole.) What
+//! is read is what the file says: nothing is repaired, except that the formats without shared vertices, STL and glTF, have corners
+//! at equal coordinates joined.
 
+mod encode;
+mod format;
+mod gltf;
 mod obj;
+mod off;
+mod parts;
+mod ply;
+mod source;
+mod stl;
+mod welding;
 
-use std::fs;
 use std::path::Path;
 
-use crate::error::InputError;
+use crate::Result;
 use crate::surface::Mesh;
-use crate::{Error, Result};
+use source::Source;
 
+pub use encode::{MeshColours, encode, encode_ply};
+pub use format::MeshFormat;
 pub use obj::read_obj;
 
-/// Formats that are recognised and not read, by extension and by how their files begin.
-const FOREIGN: [(&str, &[u8], &str); 5] = [
-    ("ply", b"ply", "PLY"),
-    ("off", b"OFF", "OFF"),
-    ("glb", b"glTF", "binary glTF"),
-    ("gltf", b"{", "glTF"),
-    ("stl", b"solid", "STL"),
-];
-
-/// Reads a mesh, metres as the file has them; the format is told by the extension, else by how the file begins.
+/// Reads a mesh, in the axes and the unit that the file has, whatever its extension.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read; [`Error::Input`] when its format is not known or its content cannot be used.
+/// [`crate::Error::Io`] when the file cannot be read; [`crate::Error::Input`] when its format is not known or its content cannot be
+/// used: cut short, contradicting itself, with coordinates that are not finite or vertices that are not there, without faces.
+///
+/// ```
+/// use std::path::Path;
+/// let head = harmolux::io::meshes::read(Path::new("data/head.obj"))?;
+/// assert_eq!(head.triangles().len(), 32_654);
+/// # Ok::<(), harmolux::Error>(())
+/// ```
 pub fn read(path: &Path) -> Result<Mesh> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let extension = extension.as_deref().unwrap_or("");
-    if extension == "obj" {
-        return read_obj(path);
-    }
-    let bytes = load(path)?;
-    if let Some((_, _, name)) = FOREIGN.iter().find(|f| f.0 == extension || bytes.starts_with(f.1))
-    {
-        return Err(unreadable(path, &format!("this is a {name} file, which cannot be read yet")));
-    }
-    if looks_like_obj(&bytes) {
-        return obj::parse(path, &bytes);
-    }
-    Err(unreadable(path, "this is not a mesh format that is known here"))
+    parse_source(Source::open(path)?)
 }
 
-fn unreadable(path: &Path, message: &str) -> Error {
-    let help = "convert it to Wavefront OBJ (any modelling program exports it) and give it the extension .obj";
-    InputError::new(path, message).help(help).into()
+/// Reads a mesh from the bytes of a file; `path` gives the extension where the content cannot tell, is named in errors, and says
+/// where the buffers of a glTF file are.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
+    parse_source(Source::of_bytes(path, bytes))
+}
+
+fn parse_source(mut source: Source) -> Result<Mesh> {
+    let length = source.length();
+    let told = format_of(source.ahead()?, length);
+    match told.or_else(|| MeshFormat::of_extension(source.path())) {
+        Some(MeshFormat::Obj) => obj::parse(&mut source),
+        Some(MeshFormat::Ply) => ply::parse(&mut source),
+        Some(MeshFormat::Stl) => stl::parse(&mut source),
+        Some(MeshFormat::Off) => off::parse(&mut source),
+        Some(MeshFormat::Gltf) => gltf::parse(&mut source),
+        None => {
+            let help = "meshes are read as OBJ, PLY, STL, OFF and glTF; export it as one of them";
+            Err(source.fault("this is not a mesh format that is known here", help))
+        }
+    }
+}
+
+/// Tells the format by the beginning of a file and its length; `None` when that says nothing.
+fn format_of(head: &[u8], length: u64) -> Option<MeshFormat> {
+    let is_ply = head
+        .strip_prefix(b"ply")
+        .is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace));
+    if gltf::is_binary(head) {
+        Some(MeshFormat::Gltf)
+    } else if is_ply {
+        Some(MeshFormat::Ply)
+    } else if stl::is_binary(head, length) || stl::is_text(head) {
+        Some(MeshFormat::Stl)
+    } else if off::is_off(head) {
+        Some(MeshFormat::Off)
+    } else if gltf::is_text(head) {
+        Some(MeshFormat::Gltf)
+    } else if looks_like_obj(head) {
+        Some(MeshFormat::Obj)
+    } else {
+        None
+    }
 }
 
 /// Tells whether the file's first statement is one that OBJ files begin with.
-fn looks_like_obj(bytes: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]);
-    let first = text.lines().map(str::trim).find(|l| !l.is_empty() && !l.starts_with('#'));
-    let keyword = first.and_then(|l| l.split_whitespace().next());
-    keyword.is_some_and(|k| ["v", "vn", "vt", "o", "g", "s", "mtllib", "usemtl"].contains(&k))
-}
-
-/// Loads a whole file.
-fn load(path: &Path) -> Result<Vec<u8>> {
-    if path.is_dir() {
-        let help = "name a file in it";
-        return Err(InputError::new(path, "this is a folder, not a mesh file").help(help).into());
-    }
-    fs::read(path).map_err(|e| Error::io(path, "read", e))
+fn looks_like_obj(head: &[u8]) -> bool {
+    let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let first = head.split(|&b| b == b'\n').find_map(|line| source::words(line).next());
+    let keywords: [&[u8]; 9] = [b"v", b"vn", b"vt", b"f", b"o", b"g", b"s", b"mtllib", b"usemtl"];
+    first.is_some_and(|word| keywords.contains(&word))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
+
     use crate::math::{Randomness, Ray, Stream, sampling};
     use crate::surface::{MeshReport, MeshSurface, SampleArea, Surface, star};
     use glam::DVec3;
@@ -87,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn format_is_told_by_extension_then_by_content() {
+    fn format_is_told_by_content_then_by_extension() {
         let folder = tempfile::tempdir().expect("a folder");
         let write = |name: &str, text: &str| {
             let path = folder.path().join(name);
@@ -97,14 +133,12 @@ mod tests {
         let triangle = "# exported\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
         assert!(read(&write("a.OBJ", triangle)).is_ok());
         assert!(read(&write("a", triangle)).is_ok());
-        assert!(
-            error_of(&write("b.ply", "")).contains("this is a PLY file, which cannot be read yet")
-        );
-        assert!(error_of(&write("b", "OFF\n3 1 0\n")).contains("this is a OFF file"));
+        assert!(error_of(&write("b.ply", "")).contains("this is no PLY file"));
+        assert!(read(&write("b.stl", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")).is_ok());
         assert!(
             error_of(&write("c.txt", "hello\n")).contains("not a mesh format that is known here")
         );
-        assert!(error_of(&write("d", "")).contains("help: convert it to Wavefront OBJ"));
+        assert!(error_of(&write("d", "")).contains("help: meshes are read as OBJ, PLY"));
     }
 
     #[test]

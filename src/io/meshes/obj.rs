@@ -1,16 +1,14 @@
 //! Wavefront OBJ: the statements `v` and `f` of all objects and groups as one mesh.
 //!
-//! Crate tobj reads the statements. It splits a file at every object, group and material, numbers vertices anew, knows no lines,
-//! and takes polylines for faces; so it is handed only the statements that matter, behind one more face that names every vertex
-//! in the order of the file. What it refuses is then looked for line by line.
+//! Read line by line, so that nothing but the mesh itself is held: crate tobj splits a file at every object, group and material,
+//! numbers vertices anew, knows no lines, and takes several times the memory of the mesh.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use glam::DVec3;
 
-use super::load;
-use crate::error::InputError;
+use super::parts::{Fan, MOST_VERTICES, Parts, thin_face};
+use super::source::{Source, number, shown, words};
 use crate::surface::Mesh;
 use crate::{Error, Result};
 
@@ -18,215 +16,175 @@ use crate::{Error, Result};
 /// vertices; normals, texture coordinates, materials, points and lines are passed over.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read; [`Error::Input`], with the line where there is one, when it is a folder, is not
-/// UTF-8, has no vertices or no faces, or has a statement that cannot be used: a coordinate that is no finite number, a face of
-/// fewer than three vertices, a number of a vertex that is not there.
+/// [`Error::Io`] when the file cannot be read; [`Error::Input`], with the line where there is one, when it is a folder, has no
+/// vertices or no faces, or has a statement that cannot be used: text that is not UTF-8, a coordinate that is no finite number, a
+/// face of fewer than three vertices, a number of a vertex that is not there.
 pub fn read_obj(path: &Path) -> Result<Mesh> {
-    parse(path, &load(path)?)
+    parse(&mut Source::open(path)?)
 }
 
-/// Reads the content of an OBJ file; `path` is for its errors.
-pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
-    let statements = Statements::of(path, text_of(path, bytes)?)?;
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        ignore_lines: true,
-        ignore_points: true,
-        ..Default::default()
-    };
-    let source = statements.for_tobj();
-    // No material is ever asked for.
-    let materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-    let Ok((models, _)) = tobj::load_obj_buf(&mut source.as_bytes(), &options, materials) else {
-        return Err(statements.find_fault(path));
-    };
-    let Some(model) = models.first() else { return Err(statements.find_fault(path)) };
-    let positions: Vec<_> = model.mesh.positions.chunks_exact(3).map(DVec3::from_slice).collect();
-    if let Some(v) = positions.iter().position(|p| !p.is_finite()) {
-        return Err(statements.not_finite(path, v, positions[v]));
+/// Reads the content of an OBJ file.
+pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
+    let mut reader = Reader::default();
+    while source.next_line()? {
+        if source.line() == 1 && source.text().starts_with(b"\xef\xbb\xbf") {
+            source.text_mut().drain(..3);
+        }
+        let more = join_continued(source)?;
+        match source.words().next() {
+            Some(b"v") => reader.vertex(source)?,
+            Some(b"f" | b"fo") => reader.face(source)?,
+            _ => {}
+        }
+        source.count_lines(more);
     }
-    let triangles = model.mesh.indices.chunks_exact(3).skip(statements.extra_triangles());
-    Mesh::new(positions, triangles.map(|t| [t[0], t[1], t[2]]).collect())
+    reader.finish(source)
 }
 
-/// One statement: its line, from 1, and its words after the keyword.
-struct Statement<'a> {
+/// Joins the lines that a backslash at their end continues, and gives how many were added.
+fn join_continued(source: &mut Source) -> Result<usize> {
+    let mut more = 0;
+    while source.text().last() == Some(&b'\\') {
+        source.text_mut().pop();
+        source.text_mut().push(b' ');
+        if !source.append_line()? {
+            break;
+        }
+        more += 1;
+    }
+    Ok(more)
+}
+
+/// A corner that names a vertex of which the file had not told yet.
+struct Forward {
+    number: i64,
     line: usize,
-    words: Vec<&'a str>,
+    /// How many vertices stand before it.
+    before: usize,
 }
 
-/// The statements of a file that make its mesh.
-struct Statements<'a> {
-    vertices: Vec<Statement<'a>>,
-    faces: Vec<Statement<'a>>,
-    /// How many vertices stand before each face; negative numbers count back from there.
-    before: Vec<usize>,
-}
-
-impl<'a> Statements<'a> {
-    fn of(path: &Path, text: &'a str) -> Result<Self> {
-        let mut all = Self { vertices: Vec::new(), faces: Vec::new(), before: Vec::new() };
-        for (i, line) in text.lines().enumerate() {
-            let mut words = line.split('#').next().unwrap_or("").split_whitespace();
-            let keyword = words.next();
-            let mut statement = || Statement { line: i + 1, words: words.by_ref().collect() };
-            match keyword {
-                Some("v") => all.vertices.push(statement()),
-                Some("f" | "fo") => {
-                    all.faces.push(statement());
-                    all.before.push(all.vertices.len());
-                }
-                _ => {}
-            }
-        }
-        all.check(path)?;
-        Ok(all)
-    }
-
-    /// Refuses what tobj would pass over in silence.
-    fn check(&self, path: &Path) -> Result<()> {
-        let whole =
-            |message: &str, help: &str| Err(InputError::new(path, message).help(help).into());
-        if self.vertices.is_empty() && self.faces.is_empty() {
-            let help = "an OBJ file has lines such as `v 0.1 0.2 0.3` and `f 1 2 3`; check that this is the right file";
-            return whole("no vertices and no faces", help);
-        }
-        if self.faces.is_empty() {
-            let help = "export the surface as triangles or polygons (`f 1 2 3`), not as points, lines or curves";
-            return whole("no faces", help);
-        }
-        if self.vertices.len() > u32::MAX as usize {
-            return whole("more than 4294967295 vertices", "divide the file");
-        }
-        let thin = self.faces.iter().find(|f| f.words.len() < 3);
-        thin.map_or(Ok(()), |f| {
-            let message = format!("a face of {} vertices", f.words.len());
-            Err(InputError::new(path, message)
-                .at(f.line, None)
-                .help("give a face at least three vertices, as in `f 1 2 3`, on one line")
-                .into())
-        })
-    }
-
-    /// Writes what tobj is to read: a face of all vertices, so that it keeps their numbers, and the statements without colours.
-    fn for_tobj(&self) -> String {
-        let mut text = String::from("f");
-        // Writing into a String cannot fail.
-        let mut write = |arguments: std::fmt::Arguments| {
-            let _ = text.write_fmt(arguments);
-        };
-        for number in 1..=self.vertices.len().max(3) {
-            write(format_args!(" {number}"));
-        }
-        let (mut faces, mut before) = (self.faces.iter(), self.before.iter().peekable());
-        for i in 0..=self.vertices.len() {
-            while before.next_if(|&&b| b == i).is_some() {
-                let words = faces.next().map_or(&[][..], |f| &f.words);
-                write(format_args!("\nf {}", words.join(" ")));
-            }
-            if let Some(vertex) = self.vertices.get(i) {
-                write(format_args!("\nv {}", coordinates(&vertex.words).join(" ")));
-            }
-        }
-        text
-    }
-
-    /// Gives how many triangles the face of all vertices was cut into.
-    fn extra_triangles(&self) -> usize {
-        self.vertices.len().max(3) - 2
-    }
-
-    /// Finds the first statement that cannot be used, after tobj found that there is one.
-    fn find_fault(&self, path: &Path) -> Error {
-        let vertices = self.vertices.iter().filter_map(|s| Some((s.line, vertex_fault(&s.words)?)));
-        let faces = self.faces.iter().zip(&self.before).filter_map(|(s, &before)| {
-            let fault = |word: &&str| face_fault(word, before, self.vertices.len());
-            Some((s.line, s.words.iter().find_map(fault)?))
-        });
-        let first = vertices.chain(faces).min_by_key(|(line, _)| *line);
-        let (line, (message, help)) = match first {
-            Some((line, fault)) => (Some(line), fault),
-            None if self.vertices.len() < 3 => {
-                (None, (format!("only {} vertices", self.vertices.len()), ENOUGH.to_owned()))
-            }
-            None => (None, ("a statement that cannot be read".to_owned(), ENOUGH.to_owned())),
-        };
-        let mut error = InputError::new(path, message).help(help);
-        error.line = line;
-        error.into()
-    }
-
-    fn not_finite(&self, path: &Path, vertex: usize, position: DVec3) -> Error {
-        let mut error = InputError::new(
-            path,
-            format!("vertex {} is at {position}, which is not finite", vertex + 1),
-        )
-        .help("write three ordinary numbers; export again if a program wrote this");
-        error.line = self.vertices.get(vertex).map(|s| s.line);
-        error.into()
-    }
+#[derive(Default)]
+struct Reader {
+    parts: Parts,
+    /// The corners that name a vertex beyond all seen or named before, in the order of the file.
+    forward: Vec<Forward>,
 }
 
 /// What a file needs at least.
-const ENOUGH: &str = "give three or more lines such as `v 0.1 0.2 0.3` and faces such as `f 1 2 3`";
+const ENOUGH: &str = "an OBJ file has lines such as `v 0.1 0.2 0.3` and `f 1 2 3`; check that this is the right file";
+/// How a vertex is written.
+const VERTEX: &str = "write three numbers, as in `v 0.1 0.2 0.3`";
 
-/// Keeps x, y, z, and the weight where it is all that follows; drops colours.
-fn coordinates<'w, 'a>(words: &'w [&'a str]) -> &'w [&'a str] {
-    if words.len() == 4 { words } else { &words[..words.len().min(3)] }
+impl Reader {
+    fn vertex(&mut self, source: &Source) -> Result<()> {
+        // Three coordinates, then a weight where it is all that follows, or colours, which are passed over.
+        let mut values = [0.0, 0.0, 0.0, 1.0];
+        let count = words(source.text()).count() - 1;
+        if count < 3 {
+            return Err(source.fault_here(format!("a vertex of {count} coordinates"), VERTEX));
+        }
+        let known = if count == 4 { 4 } else { 3 };
+        for (value, word) in values[..known].iter_mut().zip(source.words().skip(1)) {
+            *value = number(word).ok_or_else(|| no_number(source, word))?;
+        }
+        let [x, y, z, weight] = values;
+        if weight == 0.0 {
+            let message = "a vertex of weight 0, which is at infinity";
+            return Err(source.fault_here(message, "leave out the fourth number"));
+        }
+        let position = if known == 4 { DVec3::new(x, y, z) / weight } else { DVec3::new(x, y, z) };
+        if !position.is_finite() {
+            let vertex = self.parts.positions.len() + 1;
+            let message = format!("vertex {vertex} is at {position}, which is not finite");
+            let help = "write three ordinary numbers; export again if a program wrote this";
+            return Err(source.fault_here(message, help));
+        }
+        self.parts.vertex(source, position)
+    }
+
+    fn face(&mut self, source: &Source) -> Result<()> {
+        let mut fan = Fan::default();
+        for word in source.words().skip(1) {
+            let vertex = self.corner(source, word)?;
+            fan.corner(vertex, &mut self.parts.triangles);
+        }
+        if fan.corners() < 3 {
+            let help = "give a face at least three vertices, as in `f 1 2 3`, on one line";
+            return Err(source.fault_here(thin_face(fan.corners()), help));
+        }
+        Ok(())
+    }
+
+    /// Gives the vertex, from 0, that a corner such as `7`, `7/1`, `7//2` or `-1/1/2` names.
+    fn corner(&mut self, source: &Source, word: &[u8]) -> Result<u32> {
+        let before = self.parts.positions.len();
+        let Some(named) = vertex_of_corner(word) else {
+            let help = "write a corner as the number of a vertex: `7`, `7/1`, `7//2` or `7/1/2`";
+            return Err(readable(source, word).err().unwrap_or_else(|| {
+                source.fault_here(format!("`{}` is not a corner of a face", shown(word)), help)
+            }));
+        };
+        // A vertex count never exceeds 32 bits, an index from the end fits in i64.
+        let index = if named < 0 { named.saturating_add(before as i64) } else { named - 1 };
+        if index < 0 {
+            let message =
+                format!("vertex {named} is not there; {before} vertices stand before this line");
+            let help = format!("number vertices from 1, or from -1 back to -{before} here");
+            return Err(source.fault_here(message, help));
+        }
+        let beyond = self.forward.last().map_or(0, |f| f.number).max(before as i64);
+        if named > beyond {
+            self.forward.push(Forward { number: named, line: source.line(), before });
+        }
+        // What does not fit is beyond every count: it is refused at the end.
+        Ok(u32::try_from(index).unwrap_or(u32::MAX))
+    }
+
+    fn finish(self, source: &Source) -> Result<Mesh> {
+        let count = self.parts.positions.len();
+        if let Some(stray) = self.forward.iter().find(|f| f.number > count as i64) {
+            let message =
+                format!("vertex {} is not there; the file has {count} vertices", stray.number);
+            let help = format!(
+                "number vertices from 1 to {count}, or from -1 back to -{} here",
+                stray.before
+            );
+            return Err(source.fault_at(stray.line, message, help));
+        }
+        if count == 0 && self.parts.triangles.is_empty() {
+            return Err(source.fault("no vertices and no faces", ENOUGH));
+        }
+        debug_assert!(count as u64 <= MOST_VERTICES);
+        self.parts.finish(source)
+    }
 }
 
-/// Says what is wrong with a vertex and what to write instead.
-fn vertex_fault(words: &[&str]) -> Option<(String, String)> {
-    let help = || "write three numbers, as in `v 0.1 0.2 0.3`".to_owned();
-    if words.len() < 3 {
-        return Some((format!("a vertex of {} coordinates", words.len()), help()));
-    }
-    let words = coordinates(words);
-    if let Some(word) = words.iter().find(|w| w.parse::<f64>().is_err()) {
-        return Some((format!("`{word}` is not a number"), help()));
-    }
-    let weight = words.get(3).and_then(|w| w.parse::<f64>().ok());
-    (weight == Some(0.0)).then(|| {
-        (
-            "a vertex of weight 0, which is at infinity".to_owned(),
-            "leave out the fourth number".to_owned(),
-        )
-    })
-}
-
-/// Says what is wrong with a corner of a face, of `count` vertices `before` of which stand before it.
-fn face_fault(word: &str, before: usize, count: usize) -> Option<(String, String)> {
-    let numbers: Vec<&str> = word.split('/').collect();
-    let readable = |n: &&str| n.is_empty() || n.parse::<isize>().is_ok();
-    if numbers.len() > 3 || numbers[0].is_empty() || !numbers.iter().all(readable) {
-        let help = "write a corner as the number of a vertex: `7`, `7/1`, `7//2` or `7/1/2`";
-        return Some((format!("`{word}` is not a corner of a face"), help.to_owned()));
-    }
-    let number = numbers[0].parse::<isize>().ok()?;
-    let in_range = if number < 0 {
-        number.unsigned_abs() <= before
-    } else {
-        (1..=count).contains(&number.unsigned_abs())
-    };
-    (!in_range).then(|| {
-        let help = format!("number vertices from 1 to {count}, or from -1 back to -{before} here");
-        (format!("vertex {number} is not there; the file has {count} vertices"), help)
-    })
-}
-
-/// Reads bytes as text, without a byte order mark.
-fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str> {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => Ok(text.strip_prefix('\u{feff}').unwrap_or(text)),
-        Err(error) => {
-            let good = &bytes[..error.valid_up_to()];
-            let line = good.split(|&b| b == b'\n').count();
-            Err(InputError::new(path, format!("byte {:#04x} is not UTF-8 text", bytes[good.len()]))
-                .at(line, None)
-                .help("save the file as UTF-8 text; a binary file is not OBJ, whatever its name")
-                .into())
+/// Reads `7`, `7/1`, `7//2` or `7/1/2`: the first number.
+fn vertex_of_corner(word: &[u8]) -> Option<i64> {
+    let mut numbers = word.split(|&b| b == b'/');
+    let vertex = number(numbers.next()?)?;
+    let mut others = 0;
+    for other in numbers {
+        others += 1;
+        if others > 2 || !(other.is_empty() || number::<i64>(other).is_some()) {
+            return None;
         }
     }
+    Some(vertex)
+}
+
+fn no_number(source: &Source, word: &[u8]) -> Error {
+    let message = || source.fault_here(format!("`{}` is not a number", shown(word)), VERTEX);
+    readable(source, word).err().unwrap_or_else(message)
+}
+
+/// Refuses what is no text.
+fn readable(source: &Source, word: &[u8]) -> Result<()> {
+    std::str::from_utf8(word).map(drop).map_err(|e| {
+        let help = "save the file as UTF-8 text; a binary file is not OBJ, whatever its name";
+        let message = format!("byte {:#04x} is not UTF-8 text", word[e.valid_up_to()]);
+        source.fault_here(message, help)
+    })
 }
 
 #[cfg(test)]
@@ -240,7 +198,7 @@ mod tests {
         usemtl blue\nf 5/1 6/1 7/1 8/1\n";
 
     fn read(text: &str) -> Result<Mesh> {
-        parse(Path::new("test.obj"), text.as_bytes())
+        parse(&mut Source::of_bytes(Path::new("test.obj"), text.as_bytes()))
     }
 
     fn error_of(text: &str) -> String {
@@ -287,7 +245,8 @@ mod tests {
 
     #[test]
     fn text_that_is_not_utf8_is_located() {
-        let error = parse(Path::new("test.obj"), b"# a\nv 0 0 \xff\n").unwrap_err().to_string();
+        let mut source = Source::of_bytes(Path::new("test.obj"), b"# a\nv 0 0 \xff\n");
+        let error = parse(&mut source).unwrap_err().to_string();
         assert!(error.starts_with("test.obj:2: byte 0xff is not UTF-8 text"), "{error}");
     }
 
@@ -309,6 +268,21 @@ mod tests {
         assert!(error_of("v 0 0 0\nv 1 0 0\nf 1 2 2").starts_with("test.obj: only 2 vertices"));
     }
 
+    #[test]
+    fn lines_are_continued_by_a_backslash_and_counted_on() {
+        let text = "v 0 0 0\nv 1 \\\n 0 0\r\nv 0 1 0\nf 1 \\\r\n2 \\\n3\n";
+        assert_eq!(read(text).expect("readable").triangles(), [[0, 1, 2]]);
+        assert!(error_of(&format!("{text}f 1 2 x\n")).starts_with("test.obj:8: `x`"));
+    }
+
+    #[test]
+    fn faces_may_stand_before_their_vertices_and_weights_divide() {
+        let mesh = read("f 1 2 3\nv 0 0 0\nv 2 0 0 2\nv 0 1 0 .5 .5 .5\n").expect("readable");
+        assert_eq!(mesh.positions(), [DVec3::ZERO, DVec3::X, DVec3::Y]);
+        let error = error_of("f 1 2 3\nf 2 4 5\nv 0 0 0\nv 1 0 0\nv 0 1 0\n");
+        assert!(error.starts_with("test.obj:2: vertex 4 is not there; the file has 3"), "{error}");
+    }
+
     proptest! {
         #[test]
         fn no_bytes_make_it_panic(
@@ -325,7 +299,7 @@ mod tests {
                     _ => drop(bytes.remove(i)),
                 }
             }
-            match parse(Path::new("test.obj"), &bytes) {
+            match parse(&mut Source::of_bytes(Path::new("test.obj"), &bytes)) {
                 Ok(mesh) => prop_assert!(mesh.positions().iter().all(|p| p.is_finite())),
                 Err(error) => prop_assert!(error.to_string().starts_with("test.obj")),
             }
@@ -333,7 +307,7 @@ mod tests {
 
         #[test]
         fn random_bytes_are_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-            prop_assert!(parse(Path::new("test.obj"), &bytes).is_err());
+            prop_assert!(parse(&mut Source::of_bytes(Path::new("test.obj"), &bytes)).is_err());
         }
     }
 }

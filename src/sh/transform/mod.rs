@@ -93,12 +93,7 @@ impl Transform {
                 "a transform of degree {lmax} cannot take a series of degree {degree}: truncate the series, or prepare a transform of its degree"
             )));
         }
-        let groups = self.latitudes.groups();
-        let mut amplitudes = vec![Amplitudes::ZERO; (lmax + 1) * groups];
-        let orders = amplitudes.chunks_mut(groups).enumerate().collect();
-        self.each(orders, |scratch: &mut Scratch, (m, row): (usize, &mut [_])| {
-            self.latitudes.sum_degrees(&self.recurrence, coefficients, m, scratch, row);
-        });
+        let (groups, amplitudes) = (self.latitudes.groups(), self.sum_degrees(coefficients));
         let mut samples = vec![0.0; self.grid.len()];
         let tasks = self.latitudes.deal(samples.chunks_mut(self.grid.azimuths()));
         self.each(tasks, |spectra: &mut Spectra, (group, mut pairs)| {
@@ -122,19 +117,53 @@ impl Transform {
             let ring = |i: usize| (&samples[i * n..(i + 1) * n], self.grid.weights()[i]);
             self.latitudes.fold_rings(group, ring, &self.rings, spectra, column);
         });
+        Ok(self.sum_rings(&amplitudes))
+    }
+
+    /// Sums over degrees only: the cosine and sine amplitudes of each order, `[m]`, on each ring of the grid. The degree of the series is at most that of the transform.
+    pub(super) fn orders(&self, coefficients: &Coefficients) -> Vec<Vec<[f64; 2]>> {
+        let (groups, amplitudes) = (self.latitudes.groups(), self.sum_degrees(coefficients));
+        let mut rings = vec![vec![[0.0; 2]; self.lmax() + 1]; self.grid.rings().len()];
+        for (m, row) in amplitudes.chunks_exact(groups).enumerate() {
+            self.latitudes.spread(row, |ring, amplitude| rings[ring][m] = amplitude);
+        }
+        rings
+    }
+
+    /// Sums over rings only, without weights: coefficients from what each ring adds to the cosine and sine sums of each order, `added(ring, m)`.
+    pub(super) fn moments(&self, added: impl Fn(usize, usize) -> [f64; 2] + Sync) -> Coefficients {
+        let lmax = self.lmax();
+        let mut amplitudes = vec![Amplitudes::ZERO; (lmax + 1) * self.latitudes.groups()];
+        let tasks = amplitudes.chunks_mut(lmax + 1).enumerate().collect();
+        self.each(tasks, |(): &mut (), (group, column): (usize, &mut [_])| {
+            for (m, entry) in column.iter_mut().enumerate() {
+                *entry = self.latitudes.gather(group, |ring| added(ring, m));
+            }
+        });
+        self.sum_rings(&amplitudes)
+    }
+
+    /// Gives the amplitudes of all orders and groups, order after order.
+    fn sum_degrees(&self, coefficients: &Coefficients) -> Vec<Amplitudes> {
+        let groups = self.latitudes.groups();
+        let mut amplitudes = vec![Amplitudes::ZERO; (self.lmax() + 1) * groups];
+        let orders = amplitudes.chunks_mut(groups).enumerate().collect();
+        self.each(orders, |scratch: &mut Scratch, (m, row): (usize, &mut [_])| {
+            self.latitudes.sum_degrees(&self.recurrence, coefficients, m, scratch, row);
+        });
+        amplitudes
+    }
+
+    /// Turns the amplitudes of all groups and orders, group after group, into coefficients.
+    fn sum_rings(&self, amplitudes: &[Amplitudes]) -> Coefficients {
+        let lmax = self.lmax();
         let mut moments: Vec<Vec<(f64, f64)>> =
             (0..=lmax).map(|m| vec![(0.0, 0.0); lmax + 1 - m]).collect();
         let orders = moments.iter_mut().enumerate().collect();
         self.each(orders, |scratch: &mut Scratch, (m, moments): (usize, &mut Vec<_>)| {
-            self.latitudes.sum_rings(&self.recurrence, &amplitudes, m, scratch, moments);
+            self.latitudes.sum_rings(&self.recurrence, amplitudes, m, scratch, moments);
         });
-        let mut c = Coefficients::zeros(lmax);
-        for (m, column) in moments.iter().enumerate() {
-            for (l, (a, b)) in (m..).zip(column) {
-                c.set(l, m, *a, *b);
-            }
-        }
-        Ok(c)
+        Coefficients::of_columns(&moments)
     }
 
     fn check_analysis(&self, found: usize) -> Result<()> {

@@ -1,16 +1,21 @@
 //! The star-shape test: does a point see every face of a mesh from inside, and which point sees them best?
 //!
 //! The clearance of a point c is the least signed distance to the planes of the faces, min n_i.(v_i - c); it is positive where c
-//! sees all faces, and is then the radius of the largest ball about c that does. The best centre maximises it: a linear program
-//! with four unknowns, max rho subject to n_i.c + rho <= n_i.v_i, solved by constraint generation, since only a few faces bind.
+//! sees all faces, and is then the radius of the largest ball about c that does. The planes are computed from the mesh whenever
+//! they are asked for: a table of them would be several times as large as the mesh.
+
+mod centre;
+mod folds;
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use microlp::{ComparisonOp, OptimizationDirection, Problem};
 
 use super::Mesh;
 use crate::{Error, Result};
+
+pub use centre::{best_centre, centres, preferred_centre};
+pub use folds::{DIRECTIONS, Fold, Folds, folds};
 
 /// Tells how the faces of a mesh look from a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,12 +35,20 @@ pub struct StarReport {
     pub turned_area: f64,
     /// The solid angle they fill over 4 pi; an upper bound, 0 to 1, of the share of directions that meet one of them.
     pub turned_solid_angle: f64,
+    /// How many times the surface goes around the point: its signed solid angle over 4 pi. 1 for a closed surface around the point,
+    /// less for an open one, 2 for two of them, one within the other.
+    pub covering: f64,
 }
 
 impl StarReport {
-    /// Tells whether the mesh is star-shaped about the point.
+    /// Tells whether no more than one surface goes around the point.
+    fn covers_once(&self) -> bool {
+        self.covering < 1.5
+    }
+
+    /// Tells whether the mesh is star-shaped about the point: the point sees every face from inside, and no face behind another.
     pub fn is_star_shaped(&self) -> bool {
-        self.clearance > 0.0
+        self.clearance > 0.0 && self.covers_once()
     }
 }
 
@@ -56,17 +69,20 @@ impl StarReport {
 /// # Ok::<(), harmolux::Error>(())
 /// ```
 pub fn test(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
-    let planes = Plane::of_faces(mesh)?;
-    let (mut area, mut turned_area, mut solid_angle, mut turned_faces) = (0.0, 0.0, 0.0, 0);
-    for plane in &planes {
+    check_faces(mesh)?;
+    let (mut area, mut turned_area, mut turned_faces) = (0.0, 0.0, 0);
+    let (mut solid_angle, mut turned_solid_angle) = (0.0, 0.0);
+    for plane in planes(mesh) {
         area += plane.area;
+        let seen = seen_solid_angle(mesh.corners(plane.face), about);
+        solid_angle += seen;
         if plane.clearance(about) <= 0.0 {
             turned_faces += 1;
             turned_area += plane.area;
-            solid_angle += seen_solid_angle(mesh.corners(plane.face), about).abs();
+            turned_solid_angle += seen.abs();
         }
     }
-    let (worst, clearance) = least_clearance(&planes, about);
+    let (worst, clearance) = least_clearance(mesh, about);
     Ok(StarReport {
         about,
         clearance,
@@ -74,7 +90,8 @@ pub fn test(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
         worst_position: mesh.middle(worst),
         turned_faces,
         turned_area: turned_area / area,
-        turned_solid_angle: (solid_angle / (4.0 * PI)).min(1.0),
+        turned_solid_angle: (turned_solid_angle / (4.0 * PI)).min(1.0),
+        covering: solid_angle / (4.0 * PI),
     })
 }
 
@@ -87,6 +104,13 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     let report = test(mesh, about)?;
     if report.is_star_shaped() {
         return Ok(report);
+    }
+    if report.clearance > 0.0 {
+        return Err(Error::Geometry(format!(
+            "the mesh goes {:.0} times around {about:.6}, with pieces within one another; keep one piece alone \
+             (`--repair --largest-piece`)",
+            report.covering
+        )));
     }
     let advice = match best_centre(mesh)? {
         (centre, clearance) if clearance > 0.0 => format!(
@@ -117,49 +141,6 @@ fn sentence(report: &StarReport) -> String {
     )
 }
 
-/// Finds the centre, metres, with the largest clearance, metres, within the bounds of the mesh. A positive clearance says that the
-/// mesh is star-shaped about it; the clearance is that of the centre given, and within 1e-6 of the size of the mesh of the best.
-///
-/// # Errors
-/// As [`test()`]; [`Error::Numeric`] when the linear program fails.
-pub fn best_centre(mesh: &Mesh) -> Result<(DVec3, f64)> {
-    let planes = Plane::of_faces(mesh)?;
-    let bounds = mesh.bounds();
-    let unit = Unit { middle: bounds.centre(), size: 0.5 * bounds.extent().max_element() };
-    let half = bounds.extent() / (2.0 * unit.size);
-    let scaled: Vec<Row> = planes.iter().map(|p| unit.row(p)).collect();
-    // Any few faces start it: the extreme ones are found within a few rounds.
-    let mut chosen: Vec<usize> = (0..scaled.len()).step_by(scaled.len().div_ceil(START)).collect();
-    let mut in_use = vec![false; scaled.len()];
-    for &i in &chosen {
-        in_use[i] = true;
-    }
-    for _ in 0..ROUNDS {
-        let (centre, rho) = solve(&chosen.iter().map(|&i| scaled[i]).collect::<Vec<_>>(), half)?;
-        let missed = most_violated(&scaled, &in_use, centre, rho);
-        if missed.is_empty() {
-            let centre = unit.middle + unit.size * centre;
-            return Ok((centre, least_clearance(&planes, centre).1));
-        }
-        for &i in &missed {
-            in_use[i] = true;
-        }
-        chosen.extend(missed);
-    }
-    Err(Error::Numeric(format!(
-        "the search for the best centre did not settle in {ROUNDS} rounds; give the centre yourself"
-    )))
-}
-
-/// Faces the search starts with.
-const START: usize = 32;
-/// Violated faces taken in a round.
-const TAKEN: usize = 16;
-/// Rounds after which the search gives up; the head takes about ten.
-const ROUNDS: usize = 1000;
-/// The tolerance of the linear program, which a face must miss by more to be taken, in units of half the size of the mesh.
-const TOLERANCE: f64 = 2e-7;
-
 /// The plane of a face: points x with normal.x = offset.
 struct Plane {
     face: usize,
@@ -169,38 +150,41 @@ struct Plane {
 }
 
 impl Plane {
-    /// Collects the planes of all faces that have an area.
-    fn of_faces(mesh: &Mesh) -> Result<Vec<Self>> {
-        let plane = |face| {
-            let area = mesh.area_vector(face).length();
-            let normal = mesh.normal(face)?;
-            Some(Self { face, normal, corner: mesh.corners(face)[0], area })
-        };
-        let faces = 0..mesh.triangles().len();
-        if let Some(face) = faces.clone().find(|&f| mesh.corners(f).iter().any(|p| !p.is_finite()))
-        {
-            return Err(Error::Geometry(format!(
-                "face {face} (from 0) has a vertex that is not finite; mend its coordinates or remove the face"
-            )));
-        }
-        let planes: Vec<_> = faces.filter_map(plane).collect();
-        if planes.is_empty() {
-            return Err(Error::Geometry(
-                "no face of the mesh has an area, so no point can be said to see it; check the file".to_owned(),
-            ));
-        }
-        Ok(planes)
-    }
-
     /// Gives the signed distance from a point, positive on the inner side.
     fn clearance(&self, from: DVec3) -> f64 {
         self.normal.dot(self.corner - from)
     }
 }
 
+/// Gives the planes of all faces that have an area.
+fn planes(mesh: &Mesh) -> impl Iterator<Item = Plane> {
+    (0..mesh.triangles().len()).filter_map(|face| {
+        let vector = mesh.area_vector(face);
+        let normal = vector.try_normalize()?;
+        Some(Plane { face, normal, corner: mesh.corners(face)[0], area: vector.length() })
+    })
+}
+
+/// Asks for faces that can be judged: all vertices finite, and an area at all.
+fn check_faces(mesh: &Mesh) -> Result<()> {
+    let mut faces = 0..mesh.triangles().len();
+    if let Some(face) = faces.find(|&f| mesh.corners(f).iter().any(|p| !p.is_finite())) {
+        return Err(Error::Geometry(format!(
+            "face {face} (from 0) has a vertex that is not finite; mend its coordinates or remove the face"
+        )));
+    }
+    if planes(mesh).next().is_none() {
+        return Err(Error::Geometry(
+            "no face of the mesh has an area, so no point can be said to see it; check the file"
+                .to_owned(),
+        ));
+    }
+    Ok(())
+}
+
 /// Finds the face whose plane a point clears least, and by how much.
-fn least_clearance(planes: &[Plane], from: DVec3) -> (usize, f64) {
-    let all = planes.iter().map(|p| (p.face, p.clearance(from)));
+fn least_clearance(mesh: &Mesh, from: DVec3) -> (usize, f64) {
+    let all = planes(mesh).map(|p| (p.face, p.clearance(from)));
     all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::NEG_INFINITY))
 }
 
@@ -210,63 +194,6 @@ pub(super) fn seen_solid_angle(corners: [DVec3; 3], from: DVec3) -> f64 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
     2.0 * a.dot(b.cross(c)).atan2(below)
-}
-
-/// The units of the linear program: the mesh within [-1, 1], where microlp's absolute tolerance of 1e-7 means something.
-struct Unit {
-    middle: DVec3,
-    size: f64,
-}
-
-/// One constraint: normal.c + rho <= offset.
-#[derive(Clone, Copy)]
-struct Row {
-    normal: DVec3,
-    offset: f64,
-}
-
-impl Unit {
-    fn row(&self, plane: &Plane) -> Row {
-        Row { normal: plane.normal, offset: plane.clearance(self.middle) / self.size }
-    }
-}
-
-/// Solves the linear program for these faces, the centre within a box of these half edges.
-fn solve(rows: &[Row], half: DVec3) -> Result<(DVec3, f64)> {
-    let mut problem = Problem::new(OptimizationDirection::Maximize);
-    let c = half.to_array().map(|h| problem.add_var(0.0, (-h, h)));
-    // No plane of a mesh within [-1, 1] is farther than sqrt 12 from a point within.
-    let rho = problem.add_var(1.0, (-4.0, 4.0));
-    for Row { normal: n, offset } in rows {
-        let sum = [(c[0], n.x), (c[1], n.y), (c[2], n.z), (rho, 1.0)];
-        problem.add_constraint(sum, ComparisonOp::Le, *offset);
-    }
-    let failed = |reason: String| {
-        Error::Numeric(format!(
-            "the linear program for the best centre failed ({reason}); give the centre yourself"
-        ))
-    };
-    let outcome = problem.solve().map_err(|e| failed(e.to_string()))?;
-    let solution = outcome.solution().ok_or_else(|| failed("no solution".to_owned()))?;
-    let centre = DVec3::from_array(c.map(|v| solution.var_value(v)));
-    Ok((centre, solution.var_value(rho)))
-}
-
-/// Lists up to a few faces, the worst first, that are not in use and that the solution violates.
-fn most_violated(rows: &[Row], in_use: &[bool], centre: DVec3, rho: f64) -> Vec<usize> {
-    let excess = |row: &Row| row.normal.dot(centre) + rho - row.offset;
-    let mut missed: Vec<(f64, usize)> = rows
-        .iter()
-        .enumerate()
-        .filter(|&(i, _)| !in_use[i])
-        .map(|(i, row)| (excess(row), i))
-        .filter(|&(e, _)| e > TOLERANCE)
-        .collect();
-    if missed.len() > TAKEN {
-        missed.select_nth_unstable_by(TAKEN, |a, b| b.0.total_cmp(&a.0));
-        missed.truncate(TAKEN);
-    }
-    missed.into_iter().map(|(_, i)| i).collect()
 }
 
 #[cfg(test)]
@@ -280,6 +207,23 @@ mod tests {
         assert!(best_centre(&Mesh::default()).is_err());
         let nan = Mesh::new(vec![DVec3::NAN, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
         assert!(best_centre(&nan.expect("indices in range")).is_err());
+    }
+
+    #[test]
+    fn surface_within_another_is_no_star_shape() {
+        let (outer, inner) = (shapes::sphere(2), shapes::sphere(2).scaled(0.5).expect("positive"));
+        let shift = outer.positions().len() as u32;
+        let positions = [outer.positions(), inner.positions()].concat();
+        let moved = inner.triangles().iter().map(|t| t.map(|v| v + shift));
+        let triangles = outer.triangles().iter().copied().chain(moved).collect();
+        let both = Mesh::new(positions, triangles).expect("indices in range");
+        let report = test(&both, DVec3::ZERO).expect("faces");
+        assert!((report.covering - 2.0).abs() <= 1e-13 && report.clearance > 0.0);
+        assert!(
+            !report.is_star_shaped() && test(&outer, DVec3::ZERO).expect("faces").is_star_shaped()
+        );
+        let error = require(&both, DVec3::ZERO).unwrap_err().to_string();
+        assert!(error.contains("goes 2 times around [0.000000"), "{error}");
     }
 
     #[test]
@@ -338,21 +282,5 @@ mod tests {
         let error = require(&u_shape, DVec3::new(1.5, 0.5, 0.5)).unwrap_err().to_string();
         assert!(error.contains("no centre sees all of it"), "{error}");
         assert!(error.contains("fit the outer envelope"), "{error}");
-    }
-
-    #[test]
-    fn constraint_generation_equals_the_full_program() {
-        // A lumpy star: 2048 faces, none of them special.
-        let lumpy = |p: DVec3| p * (1.0 + 0.3 * (3.0 * p.x).sin() * (5.0 * p.y).cos() + 0.1 * p.z);
-        let sphere = shapes::sphere(4);
-        let positions = sphere.positions().iter().map(|&p| lumpy(p)).collect();
-        let mesh = Mesh::new(positions, sphere.triangles().to_vec()).expect("indices in range");
-        let unit = Unit { middle: DVec3::ZERO, size: 1.0 };
-        let planes = Plane::of_faces(&mesh).expect("faces");
-        let rows: Vec<_> = planes.iter().map(|p| unit.row(p)).collect();
-        let (_, rho) = solve(&rows, DVec3::splat(1.5)).expect("a solution");
-        let (centre, clearance) = best_centre(&mesh).expect("faces");
-        assert!((clearance - rho).abs() <= 1e-6, "{clearance} {rho}");
-        assert!((test(&mesh, centre).expect("faces").clearance - clearance).abs() <= 0.0);
     }
 }

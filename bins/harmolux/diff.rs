@@ -1,0 +1,239 @@
+//! `harmolux diff`: how far two shapes are from each other.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::DVec3;
+use harmolux::io::meshes::{MeshColours, MeshFormat, encode_ply};
+use harmolux::io::output::Output;
+use harmolux::io::tables::{Cell, Table};
+use harmolux::study::{CompareSettings, Comparison, DistanceMap, Hausdorff, compare, distance_map};
+use harmolux::{Error, Result};
+use serde_json::{Value, json};
+
+use super::arguments::{MeshHabits, SeriesHabits, length, point};
+use super::exit::Code;
+use super::say;
+use super::subject::Read;
+
+/// Measure how far two shapes or meshes are from each other
+///
+/// The Hausdorff distance is an interval that certainly holds it: coefficients are meshed finely enough, and how far that mesh can be off is
+/// added. The radial difference exists about one centre only; normals are compared at nearest points.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux diff head.txt head.obj                     what the fit lost
+  harmolux diff left.txt right.txt --json
+  harmolux diff head.txt head.obj --map where.ply     the difference as colours
+  harmolux diff new.obj old.obj --tolerance 0.1mm     exit code 4 when they are farther apart")]
+pub(crate) struct Diff {
+    /// The first shape: coefficients or a mesh
+    pub(crate) a: PathBuf,
+    /// The second shape: coefficients or a mesh
+    pub(crate) b: PathBuf,
+    /// Exit with code 4 unless the Hausdorff distance is certainly not above this, such as 0.1mm
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    pub(crate) tolerance: Option<f64>,
+    /// How wide the interval of the Hausdorff distance may be [default: a thousandth of the size, or a quarter of the tolerance]
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    pub(crate) width: Option<f64>,
+    /// The centre about which the radii of two meshes are compared, metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, default_value = "0,0,0")]
+    pub(crate) centre: DVec3,
+    /// Write the numbers as a table
+    #[arg(short, long, value_name = "FILE.csv")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write the first shape coloured by its distance from the second: blue where that is inside it, red where it is outside
+    #[arg(long, value_name = "FILE.ply")]
+    pub(crate) map: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mesh: MeshHabits,
+    #[command(flatten)]
+    pub(crate) series: SeriesHabits,
+    /// Replace files that another program wrote
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// Runs the verb.
+pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
+    let mut table = Table::new(["a", "b", "quantity", "value", "unit"]);
+    let kind = table.csv_kind()?;
+    let output = verb.output.as_ref().map(|path| Output::open(path, &kind, verb.force));
+    let output = output.transpose()?;
+    let map = verb.map.as_ref().map(|path| Output::open(path, &MeshFormat::Ply.kind(), verb.force));
+    let map = map.transpose()?;
+    let [a, b] = [&verb.a, &verb.b].map(|path| Read::open(path, &verb.series, &verb.mesh));
+    let (a, b) = (a?, b?);
+    let settings = CompareSettings {
+        width: verb.width.or(verb.tolerance.map(|t| 0.25 * t)),
+        centre: verb.centre,
+    };
+    let found = compare(a.subject(), b.subject(), &settings).map_err(|e| about_both(verb, e))?;
+    let met = verb.tolerance.map(|tolerance| found.hausdorff.upper <= tolerance);
+    fill(&mut table, verb, &found);
+    if let Some(output) = output {
+        output.write(&table.to_csv()?)?;
+    }
+    if let Some(output) = map {
+        write_map(output, &distance_map(a.subject(), b.subject(), &settings)?)?;
+    }
+    if as_json {
+        say::data(&value(verb, &found, met).to_string());
+    } else {
+        report(verb, &found);
+    }
+    Ok(judge(verb, &found.hausdorff, met))
+}
+
+fn judge(verb: &Diff, hausdorff: &Hausdorff, met: Option<bool>) -> Code {
+    let (Some(tolerance), Some(false)) = (verb.tolerance, met) else { return Code::Done };
+    let certainly = if hausdorff.lower > tolerance { "above" } else { "not certainly within" };
+    say::warning(&format!(
+        "the Hausdorff distance, {}, is {certainly} the tolerance of {} m",
+        interval(hausdorff),
+        say::significant(tolerance, 4)
+    ));
+    Code::NotMet
+}
+
+/// Writes the map and says what its colours mean.
+fn write_map(output: Output, map: &DistanceMap) -> Result<()> {
+    let (colours, end) = map.colours();
+    let path = output.path().display().to_string();
+    output.write(&encode_ply(&map.mesh, Some(MeshColours::OfVertices(&colours)))?)?;
+    let end = say::significant(end, 3);
+    say::note(&format!(
+        "{path}: blue -{end} m (b is inside a), white 0, red +{end} m (b is outside a)"
+    ));
+    Ok(())
+}
+
+fn about_both(verb: &Diff, error: Error) -> Error {
+    let names = format!("{} and {}", verb.a.display(), verb.b.display());
+    match error {
+        Error::Geometry(text) => Error::Geometry(format!("{names}: {text}")),
+        Error::Parameter(text) => Error::Parameter(format!("{names}: {text}")),
+        other => other,
+    }
+}
+
+/// Lists every number with its name and unit.
+fn numbers(found: &Comparison) -> Vec<(&'static str, Option<f64>, &'static str)> {
+    let radial = found.radial.as_ref().ok();
+    let h = &found.hausdorff;
+    let chord = |i: usize| h.chord_errors[i].and_then(|error| error.bound);
+    vec![
+        ("hausdorff_lower", Some(h.lower), "m"),
+        ("hausdorff_upper", Some(h.upper), "m"),
+        ("a_from_b_lower", Some(h.one_sided[0].lower), "m"),
+        ("a_from_b_upper", Some(h.one_sided[0].upper), "m"),
+        ("b_from_a_lower", Some(h.one_sided[1].lower), "m"),
+        ("b_from_a_upper", Some(h.one_sided[1].upper), "m"),
+        ("chord_error_a", chord(0), "m"),
+        ("chord_error_b", chord(1), "m"),
+        ("radial_rms", radial.map(|r| r.rms), "m"),
+        ("radial_max", radial.map(|r| r.max), "m"),
+        ("mean_radius_a", radial.map(|r| r.mean_radii[0]), "m"),
+        ("mean_radius_b", radial.map(|r| r.mean_radii[1]), "m"),
+        ("normal_angle_mean", Some(found.normals.mean.to_degrees()), "deg"),
+        ("normal_angle_95", Some(found.normals.percentile_95.to_degrees()), "deg"),
+        ("volume_a", found.volumes[0], "m3"),
+        ("volume_b", found.volumes[1], "m3"),
+        ("area_a", Some(found.areas[0]), "m2"),
+        ("area_b", Some(found.areas[1]), "m2"),
+    ]
+}
+
+fn fill(table: &mut Table, verb: &Diff, found: &Comparison) {
+    let [a, b] = [&verb.a, &verb.b].map(|path| path.display().to_string());
+    for (name, value, unit) in numbers(found) {
+        table.push([
+            a.clone().into(),
+            b.clone().into(),
+            name.into(),
+            Cell::from(value),
+            unit.into(),
+        ]);
+    }
+}
+
+fn value(verb: &Diff, found: &Comparison, met: Option<bool>) -> Value {
+    let mut value = json!({
+        "a": verb.a,
+        "b": verb.b,
+        "a_farthest_at": found.hausdorff.one_sided[0].at.to_array(),
+        "b_farthest_at": found.hausdorff.one_sided[1].at.to_array(),
+        "normal_samples": found.normals.samples,
+        "no_radial_because": found.radial.as_ref().err(),
+        "within_tolerance": met,
+    });
+    for (name, number, unit) in numbers(found) {
+        value[format!("{name}_{unit}")] = json!(number);
+    }
+    value
+}
+
+fn report(verb: &Diff, found: &Comparison) {
+    let h = &found.hausdorff;
+    let place = |i: usize| {
+        let [x, y, z] = h.one_sided[i].at.to_array().map(|v| say::significant(v, 3));
+        format!("{} m, at ({x}, {y}, {z})", say::significant(h.one_sided[i].lower, 4))
+    };
+    let mut lines = vec![
+        ("Hausdorff distance", interval(h)),
+        ("a is from b up to", place(0)),
+        ("b is from a up to", place(1)),
+    ];
+    match &found.radial {
+        Ok(r) => {
+            let relative = |x: f64| say::percent(x / r.mean_radii[0]);
+            lines.push((
+                "radial RMS",
+                format!("{} m, {}", say::significant(r.rms, 4), relative(r.rms)),
+            ));
+            lines.push((
+                "radial largest",
+                format!("{} m, {}", say::significant(r.max, 4), relative(r.max)),
+            ));
+        }
+        Err(reason) => lines.push(("radial", format!("none: {reason}"))),
+    }
+    let degrees = |angle: f64| format!("{} deg", say::significant(angle.to_degrees(), 3));
+    let normals = &found.normals;
+    lines.push((
+        "normals differ by",
+        format!(
+            "{} in the mean, 95 % below {}",
+            degrees(normals.mean),
+            degrees(normals.percentile_95)
+        ),
+    ));
+    lines.push(("volume", pair(found.volumes, "m3")));
+    lines.push(("area", pair(found.areas.map(Some), "m2")));
+    say::pairs(&lines);
+    for (path, error) in [&verb.a, &verb.b].into_iter().zip(h.chord_errors) {
+        if let Some(bound) = error.and_then(|e| e.bound) {
+            say::note(&format!(
+                "{} is meshed to {} m at most; the interval allows for it",
+                path.display(),
+                say::significant(bound, 2)
+            ));
+        }
+    }
+}
+
+fn interval(h: &Hausdorff) -> String {
+    let [lower, upper] = [h.lower, h.upper].map(|x| say::significant(x, 4));
+    format!("{lower} to {upper} m")
+}
+
+/// Writes two values and their ratio.
+fn pair(values: [Option<f64>; 2], unit: &str) -> String {
+    let text = |v: Option<f64>| v.map_or("none (open)".into(), |v| say::significant(v, 6));
+    let ratio = match values {
+        [Some(a), Some(b)] => format!(", ratio {}", say::significant(b / a, 6)),
+        _ => String::new(),
+    };
+    format!("{} and {} {unit}{ratio}", text(values[0]), text(values[1]))
+}

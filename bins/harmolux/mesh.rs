@@ -1,0 +1,155 @@
+//! `harmolux mesh`: coefficients become a mesh.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use harmolux::Result;
+use harmolux::io::coefficients;
+use harmolux::io::meshes::{MeshFormat, encode};
+use harmolux::io::output::Output;
+use harmolux::sh::volume;
+use harmolux::surface::{Resolution, Tessellation, tessellate};
+use serde_json::{Value, json};
+
+use super::arguments::{SeriesReading, length, size};
+use super::exit::Code;
+use super::fit::about;
+use super::{progress, say};
+
+/// Turn coefficients into a mesh
+///
+/// The mesh is closed, its faces look outward, and its vertices are on the surface. Without a choice it is refined until the surface is within
+/// a thousandth of the mean radius of the faces.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux mesh head.txt -o head.ply                      to a thousandth of the mean radius
+  harmolux mesh head.txt -o head.stl --tolerance 0.1mm
+  harmolux mesh head.txt -o head.obj --resolution 64      81 920 faces of nearly one size
+  harmolux mesh head.txt -o head.obj --lat-long 90x180 -l 16")]
+pub(crate) struct Mesh {
+    /// Coefficients
+    pub(crate) shape: PathBuf,
+    /// Where to write the mesh: .obj, .ply or .stl
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Cut each edge of an icosahedron into N: 20 N^2 faces
+    #[arg(long, value_name = "N", group = "how", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) resolution: Option<u32>,
+    /// N bands from pole to pole, M azimuths around
+    #[arg(long, value_name = "NxM", group = "how", value_parser = size)]
+    pub(crate) lat_long: Option<[u32; 2]>,
+    /// How far the surface may be from the faces: a length (0.1mm), or a share of the mean radius (1e-3)
+    #[arg(long, value_name = "ERROR", group = "how", value_parser = tolerance)]
+    pub(crate) tolerance: Option<Tolerance>,
+    /// Cut the series at this degree first
+    #[arg(short = 'l', long = "degree", value_name = "LMAX", value_parser = clap::value_parser!(u32).range(0..=1400))]
+    pub(crate) degree: Option<u32>,
+    #[command(flatten)]
+    pub(crate) reading: SeriesReading,
+    /// Replace a file that another program wrote
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// How far the surface may be from the faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Tolerance {
+    /// A length, metres.
+    Length(f64),
+    /// A share of the mean radius.
+    Relative(f64),
+}
+
+/// What is reached when nothing is asked for.
+const DEFAULT: Tolerance = Tolerance::Relative(1e-3);
+
+/// Reads a value of the command line: with a unit a length, without one a share.
+fn tolerance(text: &str) -> std::result::Result<Tolerance, String> {
+    let value = length(text).map_err(|_| {
+        "write a positive length with its unit, such as 0.1mm, or a share of the mean radius, such as 1e-3"
+    })?;
+    let has_unit = text.ends_with(|c: char| c.is_ascii_alphabetic());
+    Ok(if has_unit { Tolerance::Length(value) } else { Tolerance::Relative(value) })
+}
+
+impl Tolerance {
+    fn metres(self, mean_radius: f64) -> f64 {
+        match self {
+            Self::Length(metres) => metres,
+            Self::Relative(share) => share * mean_radius,
+        }
+    }
+}
+
+/// Runs the verb.
+pub(crate) fn run(verb: &Mesh, as_json: bool) -> Result<Code> {
+    let started = Instant::now();
+    let format = MeshFormat::for_writing(&verb.output)?;
+    let output = Output::open(&verb.output, &format.kind(), verb.force)?;
+    let shape = coefficients::read(&verb.shape, &verb.reading.options())?;
+    let shape = verb.degree.map_or(shape.clone(), |l| shape.truncated(l as usize));
+    let f = &shape.coefficients;
+    let made = tessellate(f, shape.centre, resolution(verb, f.mean()))
+        .map_err(|e| about(&verb.shape, e))?;
+    let volume = volume(f)?;
+    output.write(&encode(&made.mesh, format)?)?;
+    if as_json {
+        say::data(&value(verb, &made, volume).to_string());
+    } else {
+        report(verb, &made, volume, f.mean());
+        say::note(&format!("written in {}", progress::duration(started.elapsed())));
+    }
+    Ok(Code::Done)
+}
+
+fn resolution(verb: &Mesh, mean_radius: f64) -> Resolution {
+    if let Some(n) = verb.resolution {
+        return Resolution::Icosphere { frequency: n as usize };
+    }
+    if let Some([bands, azimuths]) = verb.lat_long {
+        return Resolution::LatLong { bands: bands as usize, azimuths: azimuths as usize };
+    }
+    Resolution::Adaptive { tolerance: verb.tolerance.unwrap_or(DEFAULT).metres(mean_radius) }
+}
+
+fn value(verb: &Mesh, made: &Tessellation, volume: f64) -> Value {
+    json!({
+        "vertices": made.mesh.positions().len(),
+        "faces": made.mesh.triangles().len(),
+        "chord_error_m": made.chord_error.measured,
+        "chord_error_bound_m": made.chord_error.bound,
+        "volume_m3": made.mesh.volume(),
+        "series_volume_m3": volume,
+        "written": verb.output,
+    })
+}
+
+fn report(verb: &Mesh, made: &Tessellation, volume: f64, mean_radius: f64) {
+    let error = made.chord_error;
+    let bound = error.bound.map_or(String::new(), |bound| {
+        format!(", certainly not above {} m", say::significant(bound, 3))
+    });
+    let inside = made.mesh.volume();
+    say::pairs(&[
+        ("vertices", made.mesh.positions().len().to_string()),
+        ("faces", made.mesh.triangles().len().to_string()),
+        (
+            "chord error",
+            format!(
+                "{} m at the samples of each face, {} of the mean radius{bound}",
+                say::significant(error.measured, 3),
+                say::percent(error.measured / mean_radius)
+            ),
+        ),
+        (
+            "volume",
+            format!(
+                "{} m3, that of the series times {}",
+                say::significant(inside, 7),
+                say::significant(inside / volume, 7)
+            ),
+        ),
+        ("written", verb.output.display().to_string()),
+    ]);
+}

@@ -1,0 +1,170 @@
+//! `harmolux spectrum`: how much of a shape each degree carries.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use harmolux::Result;
+use harmolux::io::coefficients::{self, Shape};
+use harmolux::io::output::Output;
+use harmolux::io::plots::{Axis, Curve, Figure};
+use harmolux::io::tables::{Cell, Table};
+use harmolux::sh;
+
+use super::arguments::SeriesReading;
+use super::exit::Code;
+use super::plot::{self, PlotFormat, unknown_output};
+use super::say;
+
+/// Show the power per degree of shapes
+///
+/// The power of degree l is the mean of f_l^2 over the sphere, what pyshtools calls power per degree. What remains above l is the RMS error of
+/// cutting the series there. Several shapes are plotted over each other.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux spectrum head.txt
+  harmolux spectrum head.txt --plot
+  harmolux spectrum head.txt rock.txt -o spectra.svg
+  harmolux spectrum *.txt -o spectra.csv")]
+pub(crate) struct Spectrum {
+    /// Coefficient files
+    #[arg(required = true, value_name = "SHAPE")]
+    pub(crate) shapes: Vec<PathBuf>,
+    /// Write a table (.csv) or a plot (.svg, .png); may be repeated
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+    /// Plot in the terminal
+    #[arg(long)]
+    pub(crate) plot: bool,
+    #[command(flatten)]
+    pub(crate) reading: SeriesReading,
+    /// Replace files that another program wrote
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// A shape by its name.
+struct Named {
+    name: String,
+    spectrum: sh::Spectrum,
+}
+
+/// Where a result goes.
+enum Target {
+    Table(Output),
+    Plot(PlotFormat, Output),
+}
+
+/// Runs the verb.
+pub(crate) fn run(verb: &Spectrum, as_json: bool) -> Result<Code> {
+    let mut table = Table::new(["shape", "degree", "power_m2", "amplitude_m", "remainder_m"]);
+    let targets: Vec<Target> =
+        verb.output.iter().map(|path| target(path, &table, verb.force)).collect::<Result<_>>()?;
+    let mut shapes = Vec::new();
+    for path in &verb.shapes {
+        shapes.push(Named::of(path, &coefficients::read(path, &verb.reading.options())?));
+    }
+    tell_apart(&mut shapes, &verb.shapes);
+    for shape in &shapes {
+        shape.fill(&mut table);
+    }
+    let figure = figure(&shapes);
+    for target in targets {
+        match target {
+            Target::Table(output) => output.write(&table.to_csv()?)?,
+            Target::Plot(format, output) => format.write(&figure, output)?,
+        }
+    }
+    if as_json {
+        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
+    } else if verb.plot {
+        plot::print(&figure)?;
+    } else {
+        report(&shapes);
+    }
+    for path in &verb.output {
+        say::note(&format!("written {}", path.display()));
+    }
+    Ok(Code::Done)
+}
+
+fn target(path: &Path, table: &Table, force: bool) -> Result<Target> {
+    if let Some(format) = PlotFormat::of_extension(path) {
+        return Ok(Target::Plot(format, Output::open(path, &format.kind(), force)?));
+    }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+        return Ok(Target::Table(Output::open(path, &table.csv_kind()?, force)?));
+    }
+    Err(unknown_output(path, ".csv, .svg or .png"))
+}
+
+impl Named {
+    fn of(path: &Path, shape: &Shape) -> Self {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Self { name, spectrum: sh::Spectrum::of(&shape.coefficients) }
+    }
+
+    fn fill(&self, table: &mut Table) {
+        for degree in self.spectrum.degrees() {
+            table.push([
+                Cell::from(self.name.as_str()),
+                Cell::from(degree.degree),
+                Cell::from(degree.power),
+                Cell::from(degree.amplitude),
+                Cell::from(degree.remainder),
+            ]);
+        }
+    }
+}
+
+/// Calls shapes by their whole path where their names are the same.
+fn tell_apart(shapes: &mut [Named], paths: &[PathBuf]) {
+    let names: Vec<String> = shapes.iter().map(|shape| shape.name.clone()).collect();
+    for (shape, path) in shapes.iter_mut().zip(paths) {
+        if names.iter().filter(|name| **name == shape.name).count() > 1 {
+            shape.name = path.display().to_string();
+        }
+    }
+}
+
+fn figure(shapes: &[Named]) -> Figure {
+    let curve = |shape: &Named| {
+        let points = shape.spectrum.degrees().iter().skip(1);
+        Curve::new(&shape.name, points.map(|d| [d.degree as f64, d.power]).collect())
+    };
+    let axes = [Axis::logarithmic("degree l"), Axis::logarithmic("power, m\u{b2}")];
+    Figure::new("Power per degree", axes, shapes.iter().map(curve).collect())
+}
+
+fn report(shapes: &[Named]) {
+    if let [shape] = shapes {
+        return report_one(shape);
+    }
+    let header: Vec<&str> =
+        std::iter::once("degree").chain(shapes.iter().map(|s| s.name.as_str())).collect();
+    let mut table = say::table(&header);
+    let highest = shapes.iter().map(|s| s.spectrum.degrees().len()).max().unwrap_or(0);
+    for l in 0..highest {
+        let power = |shape: &Named| {
+            shape.spectrum.degrees().get(l).map_or(String::new(), |d| format!("{:.4e}", d.power))
+        };
+        table.add_row(std::iter::once(l.to_string()).chain(shapes.iter().map(power)));
+    }
+    say::data(&table.to_string());
+    say::note("power per degree, m2");
+}
+
+fn report_one(shape: &Named) {
+    let mut table =
+        say::table(&["degree", "power, m2", "amplitude, m", "remains above, m", "of the mean"]);
+    let mean = shape.spectrum.degrees().first().map_or(f64::NAN, |d| d.amplitude);
+    for degree in shape.spectrum.degrees() {
+        table.add_row([
+            degree.degree.to_string(),
+            format!("{:.4e}", degree.power),
+            say::significant(degree.amplitude, 4),
+            say::significant(degree.remainder, 4),
+            say::percent(degree.remainder / mean),
+        ]);
+    }
+    say::data(&table.to_string());
+}

@@ -1,0 +1,37 @@
+//! A file that is a shape, whichever way: coefficients or a mesh.
+
+use std::path::Path;
+
+use harmolux::Result;
+use harmolux::io::coefficients::{self, ReadOptions, Shape};
+use harmolux::study::Subject;
+use harmolux::surface::Mesh;
+
+use super::arguments::{MeshHabits, SeriesHabits};
+use super::fit::read_mesh;
+
+/// What a file holds.
+pub(crate) enum Read {
+    Series(Shape),
+    Mesh(Mesh),
+}
+
+impl Read {
+    /// Reads a file of either kind.
+    pub(crate) fn open(path: &Path, series: &SeriesHabits, mesh: &MeshHabits) -> Result<Self> {
+        let bytes = coefficients::load(path)?;
+        if coefficients::recognise(path, &bytes).is_none() {
+            return read_mesh(path, mesh).map(Self::Mesh);
+        }
+        let options = ReadOptions { convention: series.convention(), ..ReadOptions::default() };
+        coefficients::parse(path, &bytes, &options).map(Self::Series)
+    }
+
+    /// Gives what is compared.
+    pub(crate) fn subject(&self) -> Subject<'_> {
+        match self {
+            Self::Series(shape) => Subject::Series(shape),
+            Self::Mesh(mesh) => Subject::Mesh(mesh),
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! The array of pyshtools in NumPy's file: real numbers of shape (2, lmax+1, lmax+1), cosines first, then `[l, m]`; zero where m > l.
+//! It says no convention.
+
+use std::path::Path;
+
+use super::npy::{self, Array};
+use super::rows::{agreed, collect};
+use super::{ReadOptions, Shape};
+use crate::Result;
+use crate::error::InputError;
+use crate::sh::Convention;
+
+/// Writes the coefficients of a shape; its centre and source have no room.
+///
+/// # Errors
+/// [`Error::Numeric`](crate::Error::Numeric) when the degree is too high for unnormalised coefficients.
+pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
+    let c = &shape.coefficients;
+    let n = c.lmax() + 1;
+    let mut numbers = vec![0.0; 2 * n * n];
+    for l in 0..n {
+        for m in 0..=l {
+            let (cosine, sine) = convention.export(l, m, c.get(l, m))?;
+            numbers[l * n + m] = cosine;
+            numbers[(n + l) * n + m] = sine;
+        }
+    }
+    Ok(npy::write(&[2, n, n], 1, &numbers))
+}
+
+/// Reads an array in the given convention. Memory is bound by the size of the file.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input): no convention, a broken header, another shape or type, a number that is not finite or beyond
+/// f64, one that is not 0 where m > l or as sine of order 0.
+pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
+    let array = Array::parse(path, bytes)?;
+    let wrong = |message: String, help: &str| Err(InputError::new(path, message).help(help).into());
+    let n = match *array.shape.as_slice() {
+        [2, l, m] if l == m && l > 0 && !array.complex => l,
+        [2, l, m] if l == m && array.complex => {
+            let message = "these are the coefficients of a complex function; a radius is real";
+            return wrong(
+                message.to_owned(),
+                "make them real with `SHCoeffs.convert(kind='real')`",
+            );
+        }
+        _ => {
+            let message = format!("an array of shape {:?} holds no coefficients", array.shape);
+            return wrong(
+                message,
+                "pyshtools writes (2, lmax+1, lmax+1), healpy one axis of complex numbers",
+            );
+        }
+    };
+    let convention = agreed(path, "the file says", None, options.convention)?;
+    let above = |(l, m): (usize, usize)| (0..2).any(|i| array.at(&[i, l, m]).0 != 0.0);
+    let mut upper = (0..n).flat_map(|l| (l + 1..n).map(move |m| (l, m)));
+    if let Some((l, m)) = upper.find(|place| above(*place)) {
+        let message = format!("degree {l}, order {m} is not 0: the order cannot exceed the degree");
+        return wrong(message, "the axes may be swapped: they are cosine or sine, degree, order");
+    }
+    let value = |l: usize, m: usize| (array.at(&[0, l, m]).0, array.at(&[1, l, m]).0);
+    Ok(Shape::new(collect(path, n - 1, convention, value)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(shape: &[usize], parts: usize, numbers: &[f64]) -> Result<Shape> {
+        let options = ReadOptions { convention: Some(Convention::default()), ..Default::default() };
+        parse(Path::new("a.npy"), &npy::write(shape, parts, numbers), &options)
+    }
+
+    #[test]
+    fn ball_is_two_numbers() {
+        let ball = read(&[2, 1, 1], 1, &[2.5, 0.0]).expect("a ball");
+        assert_eq!(ball.coefficients.mean(), 2.5);
+        let bytes = write(&ball, Convention::default()).expect("written");
+        assert_eq!(bytes, npy::write(&[2, 1, 1], 1, &[2.5, 0.0]));
+        assert!(parse(Path::new("a.npy"), &bytes, &ReadOptions::default()).is_err());
+    }
+
+    #[test]
+    fn false_arrays_are_refused() {
+        for (shape, parts, numbers, expected) in [
+            (vec![0], 1, vec![], "an array of shape [0]"),
+            (vec![2, 0, 0], 1, vec![], "an array of shape [2, 0, 0]"),
+            (vec![1, 1, 1], 1, vec![1.0], "an array of shape [1, 1, 1]"),
+            (vec![2, 1, 1], 2, vec![1.0; 4], "a complex function"),
+            (vec![2, 1, 1], 1, vec![f64::NAN, 0.0], "not a finite number"),
+            (vec![2, 1, 1], 1, vec![1.0, 1.0], "S of order 0"),
+            (
+                vec![2, 2, 2],
+                1,
+                vec![1.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                "degree 0, order 1 is not 0",
+            ),
+        ] {
+            let message = read(&shape, parts, &numbers).expect_err("refused").to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Which format a file has: told by its content, where that leaves a choice by its extension.
+
+use std::path::Path;
+
+use super::{SeriesFormat, aics_csv, binary, bshc, compact, dov, npy, shadr, spharm_pdm};
+
+/// How much of a text is looked at, bytes.
+const HEAD: usize = 4096;
+
+/// Tells the format of a coefficient file from its content and, for a text or for bytes without a sign of their own, its extension;
+/// `None` when neither is that of a coefficient file.
+pub fn recognise(path: &Path, bytes: &[u8]) -> Option<SeriesFormat> {
+    if bytes.starts_with(npy::MAGIC) {
+        return Some(array(path, bytes));
+    }
+    if bytes.starts_with(&binary::MAGIC) {
+        return Some(SeriesFormat::Binary);
+    }
+    if bytes.starts_with(&compact::MAGIC) {
+        return Some(SeriesFormat::Compact);
+    }
+    if bshc::is_bshc(bytes) {
+        return Some(SeriesFormat::Bshc);
+    }
+    text(bytes).or_else(|| SeriesFormat::of_extension(path))
+}
+
+/// Tells complex numbers from real ones.
+fn array(path: &Path, bytes: &[u8]) -> SeriesFormat {
+    match npy::Array::parse(path, bytes) {
+        Ok(array) if array.complex && array.shape.len() < 3 => SeriesFormat::Alm,
+        _ => SeriesFormat::Npy,
+    }
+}
+
+/// Tells the texts apart by how they begin.
+fn text(bytes: &[u8]) -> Option<SeriesFormat> {
+    // A table of aics-shparam has its whole header in one line, longer than what tells the others.
+    let line = bytes.split(|b| *b == b'\n').next().unwrap_or(bytes);
+    let head = bytes.get(..HEAD.max(line.len()).min(bytes.len())).unwrap_or(bytes);
+    let valid = head.utf8_chunks().next().map_or("", |chunk| chunk.valid());
+    let head = valid.strip_prefix('\u{feff}').unwrap_or(valid);
+    if head.contains('\0') {
+        return None;
+    }
+    if spharm_pdm::is_spharm_pdm(head) {
+        Some(SeriesFormat::SpharmPdm)
+    } else if aics_csv::is_aics(head) {
+        Some(SeriesFormat::Aics)
+    } else if shadr::is_shadr(head) {
+        Some(SeriesFormat::Shadr)
+    } else if dov::is_dov(head) {
+        Some(SeriesFormat::Dov)
+    } else {
+        is_text(head).then_some(SeriesFormat::Text)
+    }
+}
+
+/// Tells a coefficient text by our title, or by its rows `0, 0, C` and `1, 0, C`.
+fn is_text(head: &str) -> bool {
+    use super::rows::{cells, lines};
+    let mut rows = lines(head).skip(super::shtools_text::header_lines(head));
+    let mut starts =
+        |place: [&str; 2]| rows.next().is_some_and(|(line, _)| cells(line).starts_with(&place));
+    super::annotated::is_ours(head) || starts(["0", "0"]) && starts(["1", "0"])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::coefficients::{Shape, WriteOptions, encode};
+    use crate::sh::Coefficients;
+
+    #[test]
+    fn every_format_is_told_by_its_content() {
+        let mut c = Coefficients::zeros(3);
+        c.set(0, 0, 1.0, 0.0);
+        for format in SeriesFormat::ALL {
+            let bytes = encode(&Shape::new(c.clone()), format, &WriteOptions::default())
+                .expect("fits every format");
+            assert_eq!(recognise(Path::new("a"), &bytes), Some(format), "{format}");
+        }
+    }
+
+    #[test]
+    fn bare_texts_are_told_by_their_rows() {
+        for (text, expected) in [
+            ("0 0 1\n1 0 1\n1 1 1 1\n", Some(SeriesFormat::Text)),
+            ("1738.0, 4.9\n0,0,1,0\n1,0,1,0\n", Some(SeriesFormat::Text)),
+            ("0 0 1\n1 0 1\n1 1 1\n1 -1 1\n", Some(SeriesFormat::Dov)),
+            ("{ 4,{0,0,0}", Some(SeriesFormat::SpharmPdm)),
+            ("v 0 0 0\n", None),
+            ("OFF\n3 1 0\n", None),
+            ("{\"asset\": {}}", None),
+            ("", None),
+            ("hello", None),
+        ] {
+            assert_eq!(recognise(Path::new("a"), text.as_bytes()), expected, "{text}");
+        }
+        assert_eq!(recognise(Path::new("a.txt"), b"hello"), Some(SeriesFormat::Text));
+        assert_eq!(recognise(Path::new("a.bshc"), b"\0\0"), Some(SeriesFormat::Bshc));
+    }
+}

@@ -1,0 +1,181 @@
+//! Meshes as the bytes of a file: OBJ and PLY without loss, STL in the f32 that it has.
+
+use std::io::Write;
+
+use glam::DVec3;
+
+use super::MeshFormat;
+use crate::io::output::SOFTWARE;
+use crate::surface::Mesh;
+use crate::{Error, Result};
+
+/// Colours a mesh by red, green and blue from 0 to 255.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeshColours<'a> {
+    /// One for each vertex.
+    OfVertices(&'a [[u8; 3]]),
+    /// One for each face.
+    OfFaces(&'a [[u8; 3]]),
+}
+
+/// Gives the bytes of a mesh file: OBJ with all digits, PLY as little-endian doubles, STL in binary.
+///
+/// STL keeps positions in f32 and no vertex twice; what it lost is gone when it is read again.
+///
+/// # Errors
+/// [`Error::Parameter`] for a format that is not written here, and for a coordinate that the f32 of an STL file cannot hold.
+///
+/// ```
+/// use glam::DVec3;
+/// use harmolux::io::meshes::{MeshFormat, encode};
+/// use harmolux::surface::Mesh;
+/// let mesh = Mesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]])?;
+/// let text = String::from_utf8(encode(&mesh, MeshFormat::Obj)?).expect("text");
+/// assert!(text.ends_with("v 0.0 1.0 0.0\nf 1 2 3\n"));
+/// # Ok::<(), harmolux::Error>(())
+/// ```
+pub fn encode(mesh: &Mesh, format: MeshFormat) -> Result<Vec<u8>> {
+    match format {
+        MeshFormat::Obj => Ok(obj(mesh)),
+        MeshFormat::Ply => encode_ply(mesh, None),
+        MeshFormat::Stl => stl(mesh),
+        MeshFormat::Off | MeshFormat::Gltf => Err(Error::Parameter(format!(
+            "meshes are not written as {}; write OBJ, PLY or STL",
+            format.name()
+        ))),
+    }
+}
+
+/// Gives the bytes of a PLY file, coloured or not.
+///
+/// # Errors
+/// [`Error::Parameter`] when there are not as many colours as vertices or faces.
+pub fn encode_ply(mesh: &Mesh, colours: Option<MeshColours>) -> Result<Vec<u8>> {
+    let (of_vertices, of_faces) = match colours {
+        None => (None, None),
+        Some(MeshColours::OfVertices(colours)) => (Some(colours), None),
+        Some(MeshColours::OfFaces(colours)) => (None, Some(colours)),
+    };
+    check_number(of_vertices, mesh.positions().len(), "vertices")?;
+    check_number(of_faces, mesh.triangles().len(), "faces")?;
+    let mut bytes = ply_header(mesh, of_vertices.is_some(), of_faces.is_some()).into_bytes();
+    bytes.reserve_exact(27 * mesh.positions().len() + 16 * mesh.triangles().len());
+    for (i, p) in mesh.positions().iter().enumerate() {
+        p.to_array().iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+        bytes.extend(of_vertices.iter().flat_map(|colours| colours[i]));
+    }
+    for (i, triangle) in mesh.triangles().iter().enumerate() {
+        bytes.push(3);
+        triangle.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+        bytes.extend(of_faces.iter().flat_map(|colours| colours[i]));
+    }
+    Ok(bytes)
+}
+
+fn check_number(colours: Option<&[[u8; 3]]>, wanted: usize, what: &str) -> Result<()> {
+    match colours {
+        Some(colours) if colours.len() != wanted => Err(Error::Parameter(format!(
+            "{} colours for {wanted} {what}; give one for each",
+            colours.len()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn ply_header(mesh: &Mesh, vertices_coloured: bool, faces_coloured: bool) -> String {
+    const COLOUR: &str = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let colour = |coloured| if coloured { COLOUR } else { "" };
+    format!(
+        "ply\nformat binary_little_endian 1.0\ncomment {SOFTWARE}\n\
+         element vertex {}\nproperty double x\nproperty double y\nproperty double z\n{}\
+         element face {}\nproperty list uchar uint vertex_indices\n{}end_header\n",
+        mesh.positions().len(),
+        colour(vertices_coloured),
+        mesh.triangles().len(),
+        colour(faces_coloured)
+    )
+}
+
+fn obj(mesh: &Mesh) -> Vec<u8> {
+    let mut text = format!("# {SOFTWARE}\n").into_bytes();
+    for DVec3 { x, y, z } in mesh.positions() {
+        // Unlike Display, Debug turns to exponents where plain digits would be hundreds. Writing into a Vec cannot fail.
+        let _ = writeln!(text, "v {x:?} {y:?} {z:?}");
+    }
+    for triangle in mesh.triangles() {
+        let [a, b, c] = triangle.map(|v| u64::from(v) + 1);
+        let _ = writeln!(text, "f {a} {b} {c}");
+    }
+    text
+}
+
+fn stl(mesh: &Mesh) -> Result<Vec<u8>> {
+    const HEADER: usize = 80;
+    let count = u32::try_from(mesh.triangles().len()).map_err(|_| {
+        Error::Parameter("STL counts to 4294967295 faces only; write PLY".to_owned())
+    })?;
+    let mut bytes = SOFTWARE.as_bytes().to_vec();
+    bytes.reserve_exact(HEADER + 4 + 50 * mesh.triangles().len());
+    bytes.resize(HEADER, 0);
+    bytes.extend(count.to_le_bytes());
+    for face in 0..mesh.triangles().len() {
+        let corners = mesh.corners(face).map(|p| p.as_vec3());
+        if !corners.iter().all(|p| p.is_finite()) {
+            return Err(Error::Parameter(format!(
+                "face {face} (from 0) has a coordinate that the f32 of STL cannot hold; write PLY or OBJ"
+            )));
+        }
+        let normal = mesh.normal(face).unwrap_or(DVec3::ZERO).as_vec3();
+        for vector in [normal, corners[0], corners[1], corners[2]] {
+            vector.to_array().iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+        }
+        bytes.extend([0, 0]);
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::mesh_shapes as shapes;
+
+    #[test]
+    fn empty_mesh_has_a_header() {
+        let empty = Mesh::default();
+        assert_eq!(
+            encode(&empty, MeshFormat::Obj).expect("OBJ"),
+            format!("# {SOFTWARE}\n").into_bytes()
+        );
+        assert_eq!(encode(&empty, MeshFormat::Stl).expect("STL").len(), 84);
+        assert!(encode(&empty, MeshFormat::Ply).expect("PLY").ends_with(b"end_header\n"));
+    }
+
+    #[test]
+    fn formats_that_are_only_read_are_refused() {
+        for format in [MeshFormat::Off, MeshFormat::Gltf] {
+            let error = encode(&shapes::cube(), format).unwrap_err().to_string();
+            assert!(error.contains("write OBJ, PLY or STL"), "{error}");
+        }
+    }
+
+    #[test]
+    fn each_byte_is_where_the_format_wants_it() {
+        let cube = shapes::cube();
+        let stl = encode(&cube, MeshFormat::Stl).expect("STL");
+        assert_eq!((stl.len(), &stl[80..84]), (84 + 12 * 50, &[12, 0, 0, 0][..]));
+        // The first face of the cube is in the plane x = 0 and looks to -x.
+        assert_eq!(stl[84..88], (-1.0_f32).to_le_bytes());
+        let colours = [[1, 2, 3]; 12];
+        let ply = encode_ply(&cube, Some(MeshColours::OfFaces(&colours))).expect("PLY");
+        assert_eq!(ply[ply.len() - 16..], [3, 4, 0, 0, 0, 7, 0, 0, 0, 6, 0, 0, 0, 1, 2, 3]);
+        let wrong = encode_ply(&cube, Some(MeshColours::OfVertices(&colours))).unwrap_err();
+        assert!(wrong.to_string().starts_with("12 colours for 8 vertices"), "{wrong}");
+    }
+
+    #[test]
+    fn what_f32_cannot_hold_is_refused() {
+        let huge = shapes::cube().scaled(1e39).expect("positive");
+        let error = encode(&huge, MeshFormat::Stl).unwrap_err().to_string();
+        assert!(error.contains("the f32 of STL cannot hold; write PLY or OBJ"), "{error}");
+    }
+}

@@ -1,0 +1,251 @@
+//! The buffers of a glTF file, and the numbers that its accessors find in them.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use glam::DVec3;
+
+use super::document::{Accessor, Document};
+use super::{broken, item};
+use crate::io::meshes::source::Source;
+use crate::{Error, Result};
+
+/// Holds the bytes of all buffers, each file once.
+pub(super) struct Buffers<'a> {
+    /// Where the bytes of each buffer are.
+    places: Vec<Place<'a>>,
+    files: BTreeMap<PathBuf, Vec<u8>>,
+}
+
+enum Place<'a> {
+    Inside(Cow<'a, [u8]>),
+    File(PathBuf),
+}
+
+impl<'a> Buffers<'a> {
+    /// Loads what the document names; `binary` is the second chunk of a binary file.
+    pub(super) fn load(
+        source: &Source,
+        document: &Document,
+        binary: Option<&'a [u8]>,
+    ) -> Result<Self> {
+        let mut all = Self { places: Vec::new(), files: BTreeMap::new() };
+        for (index, buffer) in document.buffers.iter().enumerate() {
+            let place = match (&buffer.uri, binary) {
+                (None, Some(bytes)) if index == 0 => Place::Inside(Cow::Borrowed(bytes)),
+                (None, _) => return Err(broken(source, format!("buffer {index} has no content"))),
+                (Some(uri), _) if uri.starts_with("data:") => {
+                    Place::Inside(Cow::Owned(decoded(source, index, uri)?))
+                }
+                (Some(uri), _) => Place::File(all.load_file(source, uri, buffer.byte_length)?),
+            };
+            all.places.push(place);
+            let found = all.bytes(index).len();
+            if found < buffer.byte_length {
+                let message =
+                    format!("buffer {index} has {found} bytes instead of {}", buffer.byte_length);
+                return Err(broken(source, message));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Gives how many bytes came from other files.
+    pub(super) fn outside(&self) -> u64 {
+        self.files.values().map(|bytes| bytes.len() as u64).sum()
+    }
+
+    fn bytes(&self, buffer: usize) -> &[u8] {
+        match &self.places[buffer] {
+            Place::Inside(bytes) => bytes,
+            Place::File(path) => self.files.get(path).map_or(&[], Vec::as_slice),
+        }
+    }
+
+    fn load_file(&mut self, source: &Source, uri: &str, length: usize) -> Result<PathBuf> {
+        let path = beside(source, uri)?;
+        let present = self.files.get(&path).map_or(0, Vec::len);
+        if !self.files.contains_key(&path) || present < length {
+            let bytes = load_file(&path, length)?;
+            self.files.insert(path.clone(), bytes);
+        }
+        Ok(path)
+    }
+
+    /// Gives the items of an accessor: as many bytes apart, each of `components` numbers.
+    fn items<'s>(
+        &'s self,
+        source: &Source,
+        document: &'s Document,
+        index: usize,
+        components: usize,
+    ) -> Result<Items<'s>> {
+        let accessor = item(source, &document.accessors, index, "accessor")?;
+        let wrong = |what: &str| broken(source, format!("accessor {index} {what}"));
+        let width = width(accessor.component_type)
+            .ok_or_else(|| wrong("has numbers of an unknown type"))?;
+        if accessor.sparse.is_some() || accessor.buffer_view.is_none() {
+            let message = format!("accessor {index} is sparse or without data");
+            return Err(source.fault(message, "export the mesh with whole buffers"));
+        }
+        let view =
+            item(source, &document.buffer_views, accessor.buffer_view.unwrap_or(0), "buffer view")?;
+        item(source, &document.buffers, view.buffer, "buffer")?;
+        let size = width * components;
+        let stride = view.byte_stride.unwrap_or(size);
+        let needed = accessor
+            .count
+            .checked_sub(1)
+            .map_or(Some(0), |n| n.checked_mul(stride)?.checked_add(size));
+        let end = view.byte_offset.checked_add(view.byte_length);
+        let bytes = end.and_then(|end| self.bytes(view.buffer).get(view.byte_offset..end));
+        let bytes = bytes
+            .and_then(|b| b.get(accessor.byte_offset..))
+            .zip(needed)
+            .and_then(|(b, n)| b.get(..n));
+        match bytes {
+            Some(bytes) if stride >= size => Ok(Items { bytes, stride, width, accessor }),
+            Some(_) => Err(wrong("has items that overlap")),
+            None => Err(wrong(&format!("has {} items, more than its buffer", accessor.count))),
+        }
+    }
+
+    /// Reads positions: three f32 each, or quantised.
+    pub(super) fn positions(
+        &self,
+        source: &Source,
+        document: &Document,
+        index: usize,
+    ) -> Result<Vec<DVec3>> {
+        let items = self.items(source, document, index, 3)?;
+        if items.accessor.kind != "VEC3" {
+            return Err(broken(
+                source,
+                format!("accessor {index} of positions is {}", items.accessor.kind),
+            ));
+        }
+        let number = |b: &[u8]| real(items.accessor, b);
+        let position = |b: &[u8]| {
+            let [x, y, z] = [0, 1, 2].map(|i| number(&b[i * items.width..(i + 1) * items.width]));
+            DVec3::new(x, y, z)
+        };
+        Ok(items.iter().map(position).collect())
+    }
+
+    /// Reads the numbers of vertices.
+    pub(super) fn indices(
+        &self,
+        source: &Source,
+        document: &Document,
+        index: usize,
+    ) -> Result<Vec<u32>> {
+        let items = self.items(source, document, index, 1)?;
+        let is_whole = matches!(items.accessor.component_type, U8 | U16 | U32);
+        if items.accessor.kind != "SCALAR" || !is_whole {
+            return Err(broken(
+                source,
+                format!("accessor {index} of indices holds no whole numbers"),
+            ));
+        }
+        let whole = |b: &[u8]| b.iter().rev().fold(0_u32, |n, &byte| n << 8 | u32::from(byte));
+        Ok(items.iter().map(whole).collect())
+    }
+}
+
+struct Items<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    /// The bytes of one number.
+    width: usize,
+    accessor: &'a Accessor,
+}
+
+impl<'a> Items<'a> {
+    fn iter(&self) -> impl Iterator<Item = &'a [u8]> {
+        self.bytes.chunks(self.stride)
+    }
+}
+
+const I8: u32 = 5120;
+const U8: u32 = 5121;
+const I16: u32 = 5122;
+const U16: u32 = 5123;
+const U32: u32 = 5125;
+const F32: u32 = 5126;
+
+fn width(component: u32) -> Option<usize> {
+    match component {
+        I8 | U8 => Some(1),
+        I16 | U16 => Some(2),
+        U32 | F32 => Some(4),
+        _ => None,
+    }
+}
+
+/// Reads one number; integers of normalised accessors reach from 0 or -1 to 1.
+fn real(accessor: &Accessor, b: &[u8]) -> f64 {
+    let (value, largest) = match accessor.component_type {
+        I8 => (f64::from(i8::from_le_bytes([b[0]])), 127.0),
+        U8 => (f64::from(b[0]), 255.0),
+        I16 => (f64::from(i16::from_le_bytes([b[0], b[1]])), 32_767.0),
+        U16 => (f64::from(u16::from_le_bytes([b[0], b[1]])), 65_535.0),
+        U32 => (f64::from(u32::from_le_bytes([b[0], b[1], b[2], b[3]])), 4_294_967_295.0),
+        _ => return f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+    };
+    if accessor.normalized { (value / largest).max(-1.0) } else { value }
+}
+
+fn decoded(source: &Source, index: usize, uri: &str) -> Result<Vec<u8>> {
+    let content = uri.split_once(";base64,").map(|(_, content)| STANDARD.decode(content));
+    match content {
+        Some(Ok(bytes)) => Ok(bytes),
+        Some(Err(e)) => Err(broken(source, format!("buffer {index} is no base64 text: {e}"))),
+        None => Err(broken(source, format!("buffer {index} is a data URI without base64"))),
+    }
+}
+
+/// Gives the path of a buffer beside the file. Only relative names will do.
+fn beside(source: &Source, uri: &str) -> Result<PathBuf> {
+    let name = percent_decoded(uri);
+    let relative = Path::new(&name);
+    if name.contains(':') || relative.is_absolute() || relative.has_root() {
+        let message = format!("the buffer `{uri}` is not beside the file");
+        return Err(
+            source.fault(message, "put the buffer in the folder of the file, or export as .glb")
+        );
+    }
+    Ok(source.path().parent().unwrap_or(Path::new("")).join(relative))
+}
+
+fn percent_decoded(uri: &str) -> String {
+    let bytes = uri.as_bytes();
+    let mut decoded = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while at < bytes.len() {
+        let escaped = (bytes[at] == b'%').then(|| uri.get(at + 1..at + 3)).flatten();
+        let byte = escaped.and_then(|hex| u8::from_str_radix(hex, 16).ok());
+        decoded.push(byte.unwrap_or(bytes[at]));
+        at += if byte.is_some() { 3 } else { 1 };
+    }
+    String::from_utf8_lossy(&decoded).into_owned()
+}
+
+/// Reads the first `length` bytes of a file, or fewer when it has no more.
+fn load_file(path: &Path, length: usize) -> Result<Vec<u8>> {
+    let refused = |e| Error::io(path, "read", e);
+    if !fs::metadata(path).map_err(refused)?.is_file() {
+        return Err(refused(std::io::Error::other("this is no regular file")));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)
+        .map_err(refused)?
+        .take(length as u64)
+        .read_to_end(&mut bytes)
+        .map_err(refused)?;
+    Ok(bytes)
+}

@@ -1,0 +1,156 @@
+//! PLY files written by hand, whole and broken.
+
+use std::path::Path;
+
+use super::*;
+use crate::io::meshes::{MeshColours, MeshFormat, encode, encode_ply};
+use crate::surface::mesh_shapes as shapes;
+
+/// A pyramid over a square, with things that a mesh has no use for.
+const PYRAMID: &str = "ply\nformat ascii 1.0\ncomment by hand\nobj_info nothing\nelement camera 1\nproperty float focus\n\
+    property list uchar int lens\nelement vertex 5\nproperty uchar red\nproperty float z\nproperty float x\nproperty double y\n\
+    property list uchar float weights\nelement nothing 4000000000\nelement face 5\nproperty list uchar int vertex_indices\n\
+    property uchar red\nend_header\n0.5 2 3 4\n9 0 0 0 0\n9 0 1 0 1 0.5\n9 0 1 1 0\n\n9 0 0 1 0\n9 1 0.5 0.5 0\n4 3 2 1 0 7\n\
+    3 0 1 4 7\n3 1 2 4 7\n3 2 3 4 7\n3 3 0 4 7\n";
+
+fn read(bytes: &[u8]) -> Result<Mesh> {
+    parse(&mut Source::of_bytes(Path::new("test.ply"), bytes))
+}
+
+fn error_of(bytes: &[u8]) -> String {
+    read(bytes).unwrap_err().to_string()
+}
+
+/// Writes the same pyramid in binary, with these two ways to write numbers.
+fn binary(format: &str, int: impl Fn(i32) -> [u8; 4], double: impl Fn(f64) -> [u8; 8]) -> Vec<u8> {
+    let mut bytes = format!(
+        "ply\r\nformat {format} 1.0\r\nelement vertex 5\r\nproperty double x\r\nproperty double y\r\nproperty double z\r\n\
+         property uchar red\r\nelement face 5\r\nproperty list int int vertex_index\r\nend_header\r\n"
+    )
+    .into_bytes();
+    for [x, y, z] in [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.], [0.5, 0.5, 1.0]] {
+        [x, y, z].iter().for_each(|&v| bytes.extend(double(v)));
+        bytes.push(9);
+    }
+    for face in [&[3, 2, 1, 0][..], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]] {
+        bytes.extend(int(face.len() as i32));
+        face.iter().for_each(|&v| bytes.extend(int(v)));
+    }
+    bytes
+}
+
+fn little() -> Vec<u8> {
+    binary("binary_little_endian", i32::to_le_bytes, f64::to_le_bytes)
+}
+
+#[test]
+fn empty_files_say_what_is_missing() {
+    assert!(error_of(b"").starts_with("test.ply: this is no PLY file"));
+    assert!(error_of(b"ply\n").starts_with("test.ply: the header does not end"));
+    assert!(error_of(b"ply\nformat ascii 1.0\nend_header\n").contains("no element vertex"));
+    let bare = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 0\nproperty list uchar int vertex_indices\nend_header\n";
+    assert!(error_of(bare.as_bytes()).starts_with("test.ply: no vertices and no faces"));
+}
+
+#[test]
+fn text_and_both_binaries_are_one_mesh() {
+    let mesh = read(PYRAMID.as_bytes()).expect("readable");
+    assert_eq!((mesh.positions().len(), mesh.triangles().len()), (5, 6));
+    assert!((mesh.volume() - 1.0 / 3.0).abs() <= 1e-15);
+    let big = binary("binary_big_endian", i32::to_be_bytes, f64::to_be_bytes);
+    assert_eq!(read(&little()).expect("little"), mesh);
+    assert_eq!(read(&big).expect("big"), mesh);
+    assert_eq!(read(&[&little()[..], b"\r\n"].concat()).expect("a last line end"), mesh);
+}
+
+#[test]
+fn what_is_written_is_read() {
+    let mesh = shapes::l_shape().translated(DVec3::new(0.1, 1.0 / 3.0, -1e-300));
+    assert_eq!(read(&encode(&mesh, MeshFormat::Ply).expect("written")).expect("read"), mesh);
+    let colours = vec![[1, 2, 3]; mesh.positions().len()];
+    let coloured = encode_ply(&mesh, Some(MeshColours::OfVertices(&colours))).expect("written");
+    assert_eq!(read(&coloured).expect("read"), mesh);
+}
+
+#[test]
+fn faults_of_a_text_name_the_line() {
+    for (from, to, message) in [
+        ("format ascii 1.0", "format ascii 2.0", "2: `ascii 2.0` is no format"),
+        ("element vertex 5", "element vertex many", "8: `many` is no number of rows"),
+        (
+            "element vertex 5",
+            "element vertex 4000000000",
+            "8: the header announces 4000000000 rows of element vertex",
+        ),
+        ("element vertex 5", "element vertex 99999999999", "8: 99999999999 vertices, more than"),
+        ("element vertex 5", "element vertex 4", "25: `0.5` is no whole number"),
+        ("element vertex 5", "element vertex 6", "26: `7` is more than a vertex holds"),
+        ("element face 5", "element face 4", "30: this follows the last row"),
+        (
+            "element face 5",
+            "element face 6",
+            " the file ends after 5 of the 6 rows of element face",
+        ),
+        ("element face", "element camera", "15: element camera is declared twice"),
+        ("element face", "element faces", " the header has no element face"),
+        ("property float z", "property float w", "8: vertices have no property z"),
+        ("property float z", "property real z", "10: `real z` is no property"),
+        (
+            "list uchar int vertex_indices",
+            "list uchar float vertex_indices",
+            "15: faces have no list of vertices",
+        ),
+        ("list uchar int vertex_indices", "list float int vertex_indices", "16: `list float int"),
+        ("element camera 1\n", "", "5: a property of no element"),
+        ("format ascii 1.0\n", "", " the header has no format"),
+        ("end_header\n", "", "18: `0.5` is no statement"),
+        ("9 1 0.5 0.5 0", "9 1 0.5 high 0", "25: `high` is no number"),
+        ("9 1 0.5 0.5 0", "9 1 0.5 nan 0", "25: vertex 4 (from 0) is at [0.5, NaN, 1]"),
+        ("9 1 0.5 0.5 0", "9 1 0.5 0.5", "25: a vertex with too few values"),
+        ("9 1 0.5 0.5 0", "9 1 0.5 0.5 -1", "25: -1 is no length of a list"),
+        ("9 1 0.5 0.5 0", "9 1 0.5 0.5 99", "25: a vertex with too few values"),
+        ("3 0 1 4 7", "3 0 1 5 7", "27: vertex 5 is not there; the file has 5 vertices"),
+        ("3 0 1 4 7", "3 0 1 -1 7", "27: vertex -1 is not there"),
+        ("3 0 1 4 7", "2 0 1 7", "27: a face of 2 vertices"),
+    ] {
+        assert!(PYRAMID.contains(from), "{from}");
+        let found = error_of(PYRAMID.replacen(from, to, 1).as_bytes());
+        assert!(found.starts_with(&format!("test.ply:{message}")), "{to}: {found}");
+        assert!(found.contains("\n  help: "), "{found}");
+    }
+}
+
+#[test]
+fn binary_file_that_is_cut_or_lies_is_refused_without_allocating() {
+    let whole = little();
+    for length in [0, 3, 40, 100, 200, 300, whole.len() - 1] {
+        assert!(read(&whole[..length]).is_err(), "{length} bytes");
+    }
+    assert!(
+        error_of(&whole[..whole.len() - 1])
+            .contains("the file ends after 4 of the 5 rows of element face")
+    );
+    assert!(error_of(&[&whole[..], b"more"].concat()).contains("4 bytes follow the last row"));
+    let lie = |from: &str, to: &str| {
+        let at = whole.windows(from.len()).position(|w| w == from.as_bytes()).expect("there");
+        error_of(&[&whole[..at], to.as_bytes(), &whole[at + from.len()..]].concat())
+    };
+    assert!(
+        lie("vertex 5", "vertex 4294967295")
+            .contains("announces 4294967295 rows of element vertex, of 25 bytes")
+    );
+    assert!(
+        lie("face 5", "face 18446744073709551615").contains("announces 18446744073709551615 rows")
+    );
+    let shifted = lie("vertex 5", "vertex 4");
+    assert!(shifted.contains("face 0 (from 0): "), "{shifted}");
+}
+
+#[test]
+fn number_of_a_vertex_that_is_not_there_is_located_in_binary() {
+    let mut bytes = little();
+    let last = bytes.len() - 4;
+    bytes[last..].copy_from_slice(&5_i32.to_le_bytes());
+    assert!(error_of(&bytes).starts_with("test.ply: face 4 (from 0): vertex 5 is not there"));
+}

@@ -1,0 +1,274 @@
+//! Stereolithography, as text and as binary.
+//!
+//! The format has no shared vertices: every facet brings its own three corners. Corners that are equal to the last bit are
+//! therefore one vertex here, which is part of reading the format; nothing else is joined or mended. The facets' own normals are
+//! passed over: the order of the corners says what is outside.
+//!
+//! A file is binary when it is as long as the count after its header of 80 bytes says, whatever the header holds: many programs
+//! begin it with `solid`. (Crate stl_io 0.11 goes by the word, and holds every corner twice.)
+
+use glam::DVec3;
+
+use super::parts::Parts;
+use super::source::{Source, not_finite, number, shown};
+use super::welding::Welding;
+use crate::surface::Mesh;
+use crate::{Error, Result};
+
+const HEADER: u64 = 84;
+const FACET: u64 = 50;
+
+/// Tells whether a file of this length that begins so is a binary STL file.
+pub(super) fn is_binary(head: &[u8], length: u64) -> bool {
+    announced(head).is_some_and(|count| length == HEADER + FACET * u64::from(count))
+}
+
+/// Tells whether a file begins as the text form does.
+pub(super) fn is_text(head: &[u8]) -> bool {
+    let head = head.trim_ascii_start();
+    let keyword = head.get(..5).is_some_and(|k| k.eq_ignore_ascii_case(b"solid"));
+    keyword && head.get(5).is_none_or(u8::is_ascii_whitespace)
+}
+
+/// Gives the number of facets that the header of a binary file announces.
+fn announced(head: &[u8]) -> Option<u32> {
+    head.get(80..84).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+}
+
+/// Reads the content of an STL file.
+pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
+    let length = source.length();
+    let head = source.ahead()?;
+    if is_text(head) && !is_binary(head, length) {
+        return parse_text(source);
+    }
+    let Some(count) = announced(head) else {
+        let help = "an STL file begins with `solid`, or with 80 bytes and the number of its facets";
+        return Err(source.fault(format!("this is no STL file: it has {length} bytes"), help));
+    };
+    parse_binary(source, count)
+}
+
+fn parse_binary(source: &mut Source, count: u32) -> Result<Mesh> {
+    let needed = HEADER + FACET * u64::from(count);
+    if needed > source.length() {
+        let message = format!(
+            "the header announces {count} facets, which take {needed} bytes, but the file has {}",
+            source.length()
+        );
+        let help = "the file is cut short or no STL file; export it again";
+        return Err(source.fault(message, help));
+    }
+    source.skip(HEADER)?;
+    let mut parts = Parts::default();
+    // The file is long enough for its count: a facet takes four times this.
+    parts.triangles.reserve_exact(count as usize);
+    let mut welding = Welding::default();
+    let mut facet = [0; FACET as usize];
+    for number in 0..count {
+        if !source.fill(&mut facet)? {
+            let message = format!("the file ends after {number} of {count} facets");
+            return Err(source.fault(message, "export it again"));
+        }
+        let mut triangle = [0; 3];
+        for (corner, vertex) in triangle.iter_mut().enumerate() {
+            let position = position_at(&facet, 12 + 12 * corner);
+            if !position.is_finite() {
+                let (message, help) = not_finite(corner, position);
+                return Err(source.fault(format!("facet {number} (from 0): {message}"), help));
+            }
+            *vertex = welding.vertex(source, position, &mut parts)?;
+        }
+        parts.triangles.push(triangle);
+    }
+    parts.finish(source)
+}
+
+fn position_at(facet: &[u8; FACET as usize], at: usize) -> DVec3 {
+    let coordinate = |i: usize| {
+        let b = &facet[at + 4 * i..at + 4 * i + 4];
+        f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+    };
+    DVec3::new(coordinate(0), coordinate(1), coordinate(2))
+}
+
+fn parse_text(source: &mut Source) -> Result<Mesh> {
+    let mut parts = Parts::default();
+    let mut welding = Welding::default();
+    let mut facet = Facet::default();
+    let mut is_open = false;
+    while source.next_telling_line()? {
+        let keyword = source.text().trim_ascii_start();
+        let keyword = keyword.split(u8::is_ascii_whitespace).next().unwrap_or(b"");
+        match keyword.to_ascii_lowercase().as_slice() {
+            b"solid" => is_open = true,
+            b"endsolid" => is_open = false,
+            b"facet" => facet.begin(source)?,
+            b"vertex" => {
+                let position = position_of(source)?;
+                let vertex = welding.vertex(source, position, &mut parts)?;
+                facet.corner(source, vertex)?;
+            }
+            b"endfacet" => parts.triangles.push(facet.end(source)?),
+            b"outer" | b"endloop" => {}
+            _ => {
+                let message = format!("`{}` is no statement of an STL file", shown(keyword));
+                return Err(source.fault_here(message, STATEMENTS));
+            }
+        }
+    }
+    if is_open || facet.corners.is_some() {
+        let help =
+            "the file is cut short: it ends with `endsolid` when it is whole; export it again";
+        return Err(source.fault("the solid does not end", help));
+    }
+    parts.finish(source)
+}
+
+const STATEMENTS: &str = "a facet is `facet normal 0 0 1`, `outer loop`, three of `vertex 0.1 0.2 0.3`, `endloop`, `endfacet`";
+
+/// The facet that is being read.
+#[derive(Default)]
+struct Facet {
+    corners: Option<([u32; 3], usize)>,
+}
+
+impl Facet {
+    fn begin(&mut self, source: &Source) -> Result<()> {
+        if self.corners.replace(([0; 3], 0)).is_some() {
+            return Err(source.fault_here("a facet within a facet", STATEMENTS));
+        }
+        Ok(())
+    }
+
+    fn corner(&mut self, source: &Source, vertex: u32) -> Result<()> {
+        match &mut self.corners {
+            Some((corners, count @ 0..3)) => {
+                corners[*count] = vertex;
+                *count += 1;
+                Ok(())
+            }
+            Some(_) => Err(source.fault_here("a facet of more than three vertices", STATEMENTS)),
+            None => Err(source.fault_here("a vertex outside of a facet", STATEMENTS)),
+        }
+    }
+
+    fn end(&mut self, source: &Source) -> Result<[u32; 3]> {
+        match self.corners.take() {
+            Some((corners, 3)) => Ok(corners),
+            Some((_, count)) => {
+                let message = format!("a facet of {count} vertices");
+                Err(source.fault_here(message, STATEMENTS))
+            }
+            None => Err(source.fault_here("the end of a facet that did not begin", STATEMENTS)),
+        }
+    }
+}
+
+fn position_of(source: &Source) -> Result<DVec3> {
+    let help = "write three numbers, as in `vertex 0.1 0.2 0.3`";
+    let mut values = [0.0; 3];
+    let mut count = 0;
+    for word in source.words().skip(1) {
+        let value = number(word);
+        let Some(value) = value else {
+            return Err(source.fault_here(format!("`{}` is not a number", shown(word)), help));
+        };
+        if let Some(place) = values.get_mut(count) {
+            *place = value;
+        }
+        count += 1;
+    }
+    let position = DVec3::from_array(values);
+    match count {
+        3 if position.is_finite() => Ok(position),
+        3 => Err(no_place(source, position)),
+        _ => Err(source.fault_here(format!("a vertex of {count} coordinates"), help)),
+    }
+}
+
+fn no_place(source: &Source, position: DVec3) -> Error {
+    let help = "write three ordinary numbers; export again if a program wrote this";
+    source.fault_here(format!("a vertex at {position}, which is not finite"), help)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::meshes::{MeshFormat, encode};
+    use crate::surface::{MeshReport, mesh_shapes as shapes};
+    use std::path::Path;
+
+    fn read(bytes: &[u8]) -> Result<Mesh> {
+        parse(&mut Source::of_bytes(Path::new("test.stl"), bytes))
+    }
+
+    fn error_of(bytes: &[u8]) -> String {
+        read(bytes).unwrap_err().to_string()
+    }
+
+    const TRIANGLE: &str = "solid a b\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   VERTEX 1 0 -0\n   vertex 0 1e0 0\n\
+        endloop\nendfacet\nendsolid a b\n";
+
+    #[test]
+    fn files_without_facets_say_so() {
+        assert!(error_of(b"").starts_with("test.stl: this is no STL file: it has 0 bytes"));
+        assert!(error_of(b"solid\nendsolid\n").starts_with("test.stl: no vertices and no faces"));
+        assert!(error_of(&[0; 84]).starts_with("test.stl: no vertices and no faces"));
+    }
+
+    #[test]
+    fn binary_file_is_welded_and_closed() {
+        for mesh in [shapes::cube(), shapes::l_shape()] {
+            let mut bytes = encode(&mesh, MeshFormat::Stl).expect("f32 holds it");
+            // Whatever the header begins with.
+            bytes[..5].copy_from_slice(b"solid");
+            let back = read(&bytes).expect("readable");
+            assert_eq!(back.positions().len(), mesh.positions().len());
+            assert!(MeshReport::of(&back).require_closed().is_ok());
+            assert_eq!((back.area(), back.volume()), (mesh.area(), mesh.volume()));
+        }
+    }
+
+    #[test]
+    fn text_is_read_and_zeros_of_both_signs_are_one() {
+        let mesh = read(TRIANGLE.as_bytes()).expect("readable");
+        assert_eq!((mesh.positions().len(), mesh.triangles()), (3, &[[0, 1, 2]][..]));
+        let twice = format!("{TRIANGLE}\n{}", TRIANGLE.replace("1e0", "-1"));
+        assert_eq!(read(twice.as_bytes()).expect("readable").positions().len(), 4);
+    }
+
+    #[test]
+    fn faults_of_a_text_name_the_line() {
+        for (from, to, message) in [
+            ("1e0", "x", "6: `x` is not a number"),
+            ("1e0", "nan", "6: a vertex at [0, NaN, 0], which is not finite"),
+            ("1e0", "", "6: a vertex of 2 coordinates"),
+            ("   vertex 0 0 0\n", "", "7: a facet of 2 vertices"),
+            ("endloop", "vertex 3 3 3", "7: a facet of more than three vertices"),
+            ("endfacet", "facet", "8: a facet within a facet"),
+            (" facet normal 0 0 1\n", "", "3: a vertex outside of a facet"),
+            ("endloop", "endlop", "7: `endlop` is no statement of an STL file"),
+            ("endsolid a b\n", "", " the solid does not end"),
+        ] {
+            let found = error_of(TRIANGLE.replacen(from, to, 1).as_bytes());
+            assert!(found.starts_with(&format!("test.stl:{message}")), "{to}: {found}");
+            assert!(found.contains("\n  help: "), "{found}");
+        }
+    }
+
+    #[test]
+    fn binary_file_that_is_cut_or_lies_is_refused_without_allocating() {
+        let mut bytes = encode(&shapes::cube(), MeshFormat::Stl).expect("f32 holds it");
+        assert!(
+            error_of(&bytes[..200])
+                .contains("announces 12 facets, which take 684 bytes, but the file has 200")
+        );
+        bytes[80..84].copy_from_slice(&[0xff; 4]);
+        assert!(error_of(&bytes).contains("announces 4294967295 facets"));
+        let mut bytes = encode(&shapes::cube(), MeshFormat::Stl).expect("f32 holds it");
+        bytes[84 + 12..84 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
+        let error = error_of(&bytes);
+        assert!(error.contains("facet 0 (from 0): vertex 0 (from 0) is at [NaN"), "{error}");
+    }
+}

@@ -1,0 +1,131 @@
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::*;
+use crate::sh::Coefficients;
+use crate::surface::{Resolution, tessellate};
+
+const DEFAULT: CompareSettings = CompareSettings { width: None, centre: DVec3::ZERO };
+
+fn ball(radius: f64, centre: DVec3) -> Shape {
+    let mut c = Coefficients::zeros(0);
+    c.set(0, 0, radius, 0.0);
+    Shape { centre, ..Shape::new(c) }
+}
+
+fn bumpy(k: f64) -> Shape {
+    let mut c = Coefficients::zeros(6);
+    c.set(0, 0, 1.0, 0.0);
+    for l in 1..=6 {
+        for m in 0..=l {
+            c.set(l, m, k * ((3 * l + m) as f64).sin(), k * ((l + 5 * m) as f64).cos());
+        }
+    }
+    Shape::new(c)
+}
+
+fn meshed(shape: &Shape, tolerance: f64) -> Mesh {
+    let made = tessellate(&shape.coefficients, shape.centre, Resolution::Adaptive { tolerance });
+    made.expect("positive").mesh
+}
+
+fn encloses(h: &Hausdorff, exact: f64, width: f64) {
+    assert!(h.lower <= exact && exact <= h.upper, "{exact} {h:?}");
+    assert!(h.upper - h.lower <= width, "{h:?}");
+}
+
+#[test]
+fn bad_widths_and_empty_meshes_are_refused() {
+    let a = ball(1.0, DVec3::ZERO);
+    for width in [0.0, -1.0, f64::NAN] {
+        let settings = CompareSettings { width: Some(width), ..DEFAULT };
+        assert!(compare(Subject::Series(&a), Subject::Series(&a), &settings).is_err());
+    }
+    let empty = Mesh::default();
+    assert!(compare(Subject::Series(&a), Subject::Mesh(&empty), &DEFAULT).is_err());
+    let negative = ball(-1.0, DVec3::ZERO);
+    assert!(compare(Subject::Series(&negative), Subject::Series(&a), &DEFAULT).is_err());
+}
+
+#[test]
+fn concentric_balls_differ_by_their_radii() {
+    let (a, b) = (ball(1.0, DVec3::X), ball(1.25, DVec3::X));
+    let found = compare(Subject::Series(&a), Subject::Series(&b), &DEFAULT).expect("compared");
+    encloses(&found.hausdorff, 0.25, 4e-3);
+    let radial = found.radial.expect("one centre");
+    assert!((radial.rms - 0.25).abs() <= 1e-15 && (radial.max - 0.25).abs() <= 1e-14);
+    // Nearest points of tessellations are off the common radius by an edge at most.
+    assert!(found.normals.mean <= 0.02 && found.normals.percentile_95 <= 0.05);
+    assert!((found.volumes[1].expect("closed") - 4.0 / 3.0 * PI * 1.25_f64.powi(3)).abs() <= 1e-12);
+    assert!((found.areas[0] / (4.0 * PI) - 1.0).abs() <= 1e-12);
+}
+
+#[test]
+fn balls_about_two_centres_have_no_radial_difference() {
+    let (a, b) = (ball(1.0, DVec3::ZERO), ball(1.0, DVec3::new(0.0, 0.3, 0.0)));
+    let found = compare(Subject::Series(&a), Subject::Series(&b), &DEFAULT).expect("compared");
+    encloses(&found.hausdorff, 0.3, 4e-3);
+    assert_eq!(found.radial, Err("their centres are 3.000e-1 m apart".to_owned()));
+}
+
+#[test]
+fn a_shape_is_as_far_from_its_mesh_as_the_chords() {
+    let shape = bumpy(0.02);
+    let made = tessellate(&shape.coefficients, DVec3::ZERO, Resolution::Icosphere { frequency: 8 });
+    let made = made.expect("positive");
+    let settings = CompareSettings { width: Some(2e-3), ..DEFAULT };
+    for swap in [false, true] {
+        let pair = [Subject::Series(&shape), Subject::Mesh(&made.mesh)];
+        let found = compare(pair[usize::from(swap)], pair[usize::from(!swap)], &settings);
+        let found = found.expect("compared");
+        let bound = made.chord_error.bound.expect("low degree");
+        assert!(
+            found.hausdorff.lower <= bound
+                && found.hausdorff.upper >= 0.9 * made.chord_error.measured
+        );
+        assert!(found.radial.expect("star-shaped").max <= bound);
+        // Faces of 9 degrees are tilted by a few degrees against the surface.
+        assert!(found.normals.percentile_95.to_degrees() <= 8.0);
+    }
+}
+
+#[test]
+fn two_meshes_are_compared_about_the_origin_when_that_sees_both() {
+    let (a, b) = (meshed(&bumpy(0.02), 1e-3), meshed(&bumpy(0.03), 1e-3));
+    let found = compare(Subject::Mesh(&a), Subject::Mesh(&b), &DEFAULT).expect("compared");
+    let series = compare(Subject::Series(&bumpy(0.02)), Subject::Series(&bumpy(0.03)), &DEFAULT);
+    let series = series.expect("compared");
+    let (mesh, exact) = (found.radial.expect("star-shaped"), series.radial.expect("one centre"));
+    assert!((mesh.rms - exact.rms).abs() <= 1e-3 && (mesh.max - exact.max).abs() <= 4e-3);
+    assert!((found.hausdorff.upper - series.hausdorff.upper).abs() <= 8e-3);
+    let moved = CompareSettings { centre: DVec3::splat(5.0), ..DEFAULT };
+    let found = compare(Subject::Mesh(&a), Subject::Mesh(&b), &moved).expect("compared");
+    assert!(found.radial.is_err_and(|reason| reason.starts_with("the first: ")));
+}
+
+#[test]
+fn open_meshes_have_distances_and_no_volume() {
+    let sheet = |z: f64| {
+        let p = |x, y| DVec3::new(x, y, z);
+        let corners = vec![p(0.0, 0.0), p(1.0, 0.0), p(1.0, 1.0), p(0.0, 1.0)];
+        Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3]]).expect("indices in range")
+    };
+    let (a, b) = (sheet(0.0), sheet(0.5));
+    let found = compare(Subject::Mesh(&a), Subject::Mesh(&b), &DEFAULT).expect("compared");
+    encloses(&found.hausdorff, 0.5, 1e-3);
+    assert_eq!((found.volumes, found.areas), ([None, None], [1.0, 1.0]));
+    assert!(found.normals.percentile_95 <= 1e-7 && found.radial.is_err());
+    let map = distance_map(Subject::Mesh(&a), Subject::Mesh(&b), &DEFAULT).expect("mapped");
+    assert_eq!(map.distances, [0.5; 4]);
+    let map = distance_map(Subject::Mesh(&b), Subject::Mesh(&a), &DEFAULT).expect("mapped");
+    assert_eq!(map.distances, [-0.5; 4]);
+}
+
+#[test]
+fn colours_run_from_blue_over_white_to_red() {
+    let map = DistanceMap { mesh: Mesh::default(), distances: vec![-2.0, 0.0, 2.0] };
+    assert_eq!(map.colours(), (vec![[0, 114, 178], [255; 3], [178, 24, 43]], 2.0));
+    let none = DistanceMap { mesh: Mesh::default(), distances: vec![0.0] };
+    assert_eq!(none.colours(), (vec![[255; 3]], 0.0));
+}
