@@ -105,7 +105,8 @@ fn smooth_above(n: usize) -> usize {
         }
         rest == 1 && n.is_multiple_of(2)
     };
-    (n.max(2)..).find(|&n| is_smooth(n)).unwrap_or(n)
+    // A power of two lies below twice any number.
+    (n.max(2)..2 * n.max(2)).find(|&n| is_smooth(n)).unwrap_or(n)
 }
 
 /// Gives int K(x) cos(2 pi k x / n) dx over the width of the kernel, in cells, for k = 0..=lmax.
