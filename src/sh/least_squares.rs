@@ -151,7 +151,9 @@ impl<'a> Samples<'a> {
             })
             .collect();
         let mut total = basis.empty.clone();
-        parts.iter().for_each(|part| total.merge(part));
+        for part in &parts {
+            total.merge(part);
+        }
         let mut side = basis.orthonormal(&total.coefficients());
         let present = basis.orthonormal(fit);
         for (i, damping) in basis.damping(lambda).enumerate() {
@@ -285,7 +287,7 @@ fn factorise(matrix: &mut DMatrix<f64>) -> Option<(usize, f64)> {
             }
             let pivot = matrix[(j, j)];
             let part = pivot / diagonal[j];
-            if !(part > 0.0) {
+            if part.is_nan() || part <= 0.0 {
                 return None;
             }
             if part < least.1 {

@@ -80,7 +80,9 @@ fn project_gridded(radius: &RadialMesh, lmax: usize) -> Result<Coefficients> {
         })
         .collect();
     let mut total = empty;
-    parts.iter().for_each(|part| total.merge(part));
+    for part in &parts {
+        total.merge(part);
+    }
     drop(parts);
     total.coefficients()
 }

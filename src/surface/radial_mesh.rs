@@ -189,7 +189,9 @@ impl<'a> RadialMesh<'a> {
         let mut weights = vec![0.0; self.mesh.positions().len()];
         for (face, triangle) in self.mesh.triangles().iter().enumerate() {
             let third = seen_solid_angle(self.mesh.corners(face), self.centre).abs() / 3.0;
-            triangle.iter().for_each(|&v| weights[v as usize] += third);
+            for &v in triangle {
+                weights[v as usize] += third;
+            }
         }
         let found: Vec<_> =
             self.mesh.positions().par_iter().map(|&vertex| self.at_vertex(vertex)).collect();
