@@ -139,7 +139,8 @@ fn smooth_above(n: usize) -> usize {
         }
         rest == 1 && n.is_multiple_of(2)
     };
-    (n.max(2)..).find(|&n| is_smooth(n)).unwrap_or(n)
+    // The next power of two is one.
+    (n.max(2)..=n.max(2).next_power_of_two()).find(|&n| is_smooth(n)).unwrap_or(n)
 }
 
 /// Gives int K(x) cos(2 pi k x / n) dx over the width of the kernel, in cells, for k = 0..=lmax.
@@ -229,7 +230,9 @@ impl GridMoments {
         // Analysis weighs each sample by its solid angle; these are weighed already.
         for (ring, samples) in samples.chunks_mut(n).enumerate() {
             let weight = transform.grid().solid_angle(ring * n);
-            samples.iter_mut().for_each(|x| *x /= weight);
+            for x in samples {
+                *x /= weight;
+            }
         }
         transform.analysis(&samples)
     }
