@@ -77,7 +77,8 @@ impl Tolerance {
     fn metres(self, mean_radius: f64) -> f64 {
         match self {
             Self::Length(metres) => metres,
-            Self::Relative(share) => share * mean_radius,
+            // A radius that is negative or zero in the mean is refused where it is met, not here.
+            Self::Relative(share) => (share * mean_radius.abs()).max(f64::MIN_POSITIVE),
         }
     }
 }

@@ -84,10 +84,10 @@ fn series_point(series: &Series, centre: DVec3, point: DVec3) -> (DVec3, DVec3) 
     (centre + jet.value * direction, normal)
 }
 
-/// Gives the mean radius of a series; of a mesh the radius of the ball of equal area.
+/// Gives the absolute mean radius of a series; of a mesh the radius of the ball of equal area.
 pub(super) fn size(subject: Subject) -> f64 {
     match subject {
-        Subject::Series(shape) => shape.coefficients.mean(),
+        Subject::Series(shape) => shape.coefficients.mean().abs(),
         Subject::Mesh(mesh) => (mesh.area() / (4.0 * PI)).sqrt(),
     }
 }

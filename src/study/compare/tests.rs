@@ -45,7 +45,10 @@ fn bad_widths_and_empty_meshes_are_refused() {
     let empty = Mesh::default();
     assert!(compare(Subject::Series(&a), Subject::Mesh(&empty), &DEFAULT).is_err());
     let negative = ball(-1.0, DVec3::ZERO);
-    assert!(compare(Subject::Series(&negative), Subject::Series(&a), &DEFAULT).is_err());
+    for other in [&a, &negative] {
+        let refused = compare(Subject::Series(&negative), Subject::Series(other), &DEFAULT);
+        assert!(refused.is_err_and(|e| e.to_string().contains("the radius towards")));
+    }
 }
 
 #[test]
