@@ -6,7 +6,9 @@
 //! 16 degrees of freedom: long tails forgive a wrong expectation, and for an even number of degrees of freedom its
 //! cumulative function is algebraic (Abramowitz and Stegun 26.7.4),
 //!
-//!     F(t) = 1/2 + s/2 (1 + c/2 (1 + 3c/4 (1 + 5c/6 (...)))),   s = t / sqrt(t^2 + nu),   c = nu / (t^2 + nu).
+//! ```text
+//! F(t) = 1/2 + s/2 (1 + c/2 (1 + 3c/4 (1 + 5c/6 (...)))),   s = t / sqrt(t^2 + nu),   c = nu / (t^2 + nu).
+//! ```
 //!
 //! So only + - * / and sqrt take part, which IEEE 754 rounds alike on every machine, and no exp or log of a system's library.
 
