@@ -104,7 +104,7 @@ fn least_squares_over_the_vertices_agree_with_the_conforming_projection() {
     // The stated error: what truncation leaves scatters over the vertices, and of each vertex the share coefficients / vertices comes back.
     let truncation = fit_error(&radius, &exact).expect("valid degree").rms;
     let stated = truncation * (exact.count() as f64 / directions.len() as f64).sqrt();
-    assert!(rms <= 1.5 * stated, "{:e} of {stated:e}", rms);
+    assert!(rms <= 1.5 * stated, "{rms:e} of {stated:e}");
 }
 
 /// Random chords of a ball.
