@@ -169,7 +169,7 @@ fn open_inside_out_crossing_and_divided_meshes_are_told_apart() {
             .iter()
             .for_each(|p| writeln!(text, "v {} {} {}", p.x, p.y, p.z).expect("a String"));
         moved.triangles().iter().for_each(|t| {
-            writeln!(text, "f {} {} {}", t[0] + 9, t[1] + 9, t[2] + 9).expect("a String")
+            writeln!(text, "f {} {} {}", t[0] + 9, t[1] + 9, t[2] + 9).expect("a String");
         });
         text
     };

@@ -254,3 +254,26 @@ fn unit_of_a_file_is_heeded() {
     // About z = -0.25, some 0.8 to 1.3 each way.
     assert!((-1.6..-0.9).contains(&low) && (0.7..1.4).contains(&high), "{info}");
 }
+
+#[test]
+fn mesh_becomes_a_mesh() {
+    let desk = Desk::with_shape();
+    desk.put(
+        "a.txt",
+        b"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n",
+    );
+    let volume = desk.json("info a.txt")["volume"].as_f64().expect("a mesh, by its content");
+    for (name, digits) in [("a.obj", 1e-15), ("a.ply", 1e-15), ("a.stl", 1e-6)] {
+        let report = desk.json(&format!("convert a.txt {name} --unit cm"));
+        assert_eq!((&report["faces"], &report["vertices"]), (&4.into(), &4.into()), "{name}");
+        let found = desk.json(&format!("info {name}"))["volume"].as_f64().expect("a number");
+        assert!((1e6 * found / volume - 1.0).abs() <= digits, "{name}: {found}");
+    }
+    desk.refused("convert rock.txt b.ply", &["these are coefficients", "harmolux mesh"]);
+    desk.refused("convert a.txt b.ply -l 4", &["`--degree` is for coefficients"]);
+    desk.refused("convert a.txt b.off", &["meshes are written as .obj, .ply or .stl"]);
+    desk.refused(
+        "convert a.txt b.txt",
+        &["no coefficient file that is known here", "harmolux fit"],
+    );
+}

@@ -232,6 +232,12 @@ fn spectra_of_shapes_and_tables_give_strangers() {
     let deviation = Spectrum::of(&other.coefficients).deviation();
     assert!((number(&said["shapes"][0]["deviation"]) - deviation).abs() <= 1e-14);
 
+    // The table that `spectrum` writes is read back: the same body.
+    desk.json(&["spectrum", "lump.txt", "-o", "lump.csv"]);
+    desk.json(&["random", "--spectrum", "lump.csv", "--seed", "3", "-o", "same.txt"]);
+    let same = desk.shape("same.txt").coefficients;
+    assert!((same.get(3, 2).0 - other.coefficients.get(3, 2).0).abs() <= 1e-14);
+
     fs::write(desk.path("s.csv"), "degree,power\n2,0.001\n3,0.002\n").expect("written");
     desk.json(&["random", "--spectrum", "s.csv", "--radius", "2", "-l", "5", "-o", "out.txt"]);
     let out = desk.shape("out.txt").coefficients;

@@ -50,6 +50,33 @@ fn faces(mesh: &Mesh) -> Vec<[[i64; 3]; 3]> {
     all
 }
 
+/// Reads an OBJ file by tobj, its objects joined.
+fn read_by_tobj(path: &Path) -> Mesh {
+    let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
+    let (models, _) = tobj::load_obj(path, &options).expect("tobj reads it");
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for tobj::Model { mesh, .. } in models {
+        let first = positions.len() as u32;
+        positions.extend(mesh.positions.chunks_exact(3).map(DVec3::from_slice));
+        triangles.extend(
+            mesh.indices.chunks_exact(3).map(|t| [t[0] + first, t[1] + first, t[2] + first]),
+        );
+    }
+    Mesh::new(positions, triangles).expect("indices in range")
+}
+
+#[test]
+fn obj_is_read_as_tobj_reads_it() {
+    let head = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj");
+    for path in [head, file("meshio.obj"), file("trimesh.obj")] {
+        let (ours, theirs) = (meshes::read(&path).expect("readable"), read_by_tobj(&path));
+        assert_eq!(ours.triangles().len(), theirs.triangles().len());
+        for face in 0..ours.triangles().len() {
+            assert_eq!(ours.corners(face), theirs.corners(face), "face {face}");
+        }
+    }
+}
+
 #[test]
 fn files_of_other_programs_hold_the_same_shape() {
     let expected = faces(&read("plyfile_big_endian.ply"));

@@ -27,8 +27,13 @@ use super::say;
   harmolux check scan.stl --repair -o mended.ply        join, drop, turn; then check
   harmolux check rock.off --centre 0.1,0,0.2 --json
 
-Colours: red turns away from the centre, blue crosses another face, violet has an edge of three faces or of two that disagree,
-orange is at the boundary, yellow has no area or is doubled.")]
+Colours of the faces:
+  red      turns away from the centre
+  blue     crosses another face
+  violet   has an edge of three faces, or of two that disagree about the outside
+  orange   is at the boundary
+  yellow   has no area or repeats another
+  grey     is sound")]
 pub(crate) struct Check {
     /// The mesh (OBJ, PLY, STL, OFF or glTF)
     pub(crate) mesh: PathBuf,
@@ -191,7 +196,7 @@ fn fold_lines(judged: &StarReport, folds: &Folds, lines: &mut Lines) {
     ));
     let mut text = format!("{} of all meet the mesh twice or from behind", percent(folds.share));
     if folds.unmet > 0.0 {
-        text += &format!(", {} meet nothing", percent(folds.unmet));
+        text = format!("{text}, {} meet nothing", percent(folds.unmet));
     }
     lines.push(("directions", format!("{text} (within {})", percent(folds.error))));
     for patch in folds.patches.iter().take(SHOWN) {
@@ -206,8 +211,11 @@ fn fold(patch: &Fold) -> String {
     let first: Vec<String> = patch.faces.iter().take(SHOWN).map(u32::to_string).collect();
     let more = if patch.faces.len() > SHOWN { ", ..." } else { "" };
     format!(
-        "{} faces ({}{more}) about {}, {} of the sphere",
-        patch.faces.len(),
+        "{} ({}{more}) about {}, {} of the sphere",
+        match patch.faces.len() {
+            1 => "1 face".to_owned(),
+            n => format!("{n} faces"),
+        },
         first.join(", "),
         place(patch.middle),
         say::percent(patch.solid_angle)
@@ -215,7 +223,10 @@ fn fold(patch: &Fold) -> String {
 }
 
 fn place(p: DVec3) -> String {
-    let [x, y, z] = p.to_array().map(|v| say::significant(v, 4));
+    // What is nothing but rounding beside the largest coordinate is shown as nothing.
+    let least = 1e-12 * p.abs().max_element();
+    let [x, y, z] =
+        p.to_array().map(|v| say::significant(if v.abs() <= least { 0.0 } else { v }, 4));
     format!("({x}, {y}, {z}) m")
 }
 

@@ -1,10 +1,10 @@
-//! `harmolux convert`: coefficients, or a mesh, from one format to another.
+//! `harmolux convert`: coefficients from one format to another; meshes are in `convert_mesh.rs`.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use harmolux::error::InputError;
-use harmolux::io::coefficients::{self, SeriesFormat, Shape, Tolerance, WriteOptions};
+use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, Shape, Tolerance, WriteOptions};
 use harmolux::io::output::Output;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 use harmolux::{Error, Result};
@@ -12,13 +12,14 @@ use serde_json::json;
 
 use super::arguments::{SeriesReading, formats, tolerance};
 use super::exit::Code;
-use super::info::point;
-use super::say;
+use super::info::{point, series_format};
+use super::{convert_mesh, say};
 
-/// Convert coefficients between formats
+/// Convert coefficients, or a mesh, between formats
 ///
 /// The format of the input is told by its content, that of the output by its extension (.npy is the array of pyshtools; say `--to alm` for
-/// healpy and ducc0). Numbers are written in metres with all their digits.
+/// healpy and ducc0). Numbers are written in metres with all their digits. A mesh becomes a mesh (.obj, .ply
+/// or .stl); `harmolux fit` and `harmolux mesh` go between the two.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux convert head.txt head.bshc                    for pyshtools: 4pi, csphase 1
@@ -26,9 +27,10 @@ use super::say;
   harmolux convert head.txt head.hxc --tolerance 1e-3    compact, to a thousandth of the mean radius
   harmolux convert skull.coef skull.txt --unit mm        a radial set of SPHARM-PDM
   harmolux convert cells.csv c.txt --row 7 --unit um     one cell of aics-shparam
-  harmolux convert topo.bshc topo.txt --normalisation ortho --csphase -1")]
+  harmolux convert topo.bshc topo.txt --normalisation ortho --csphase -1
+  harmolux convert head.stl head.ply --unit mm           a mesh, millimetres to metres")]
 pub(crate) struct Convert {
-    /// The coefficients to read
+    /// The coefficients, or the mesh, to read
     pub(crate) input: PathBuf,
     /// The file to write
     pub(crate) output: PathBuf,
@@ -56,6 +58,9 @@ pub(crate) struct Convert {
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Convert, as_json: bool) -> Result<Code> {
+    if let Some(done) = convert_mesh::run(verb, as_json) {
+        return done;
+    }
     let format = format(verb)?;
     let convention = convention(verb, format)?;
     let output = Output::open(&verb.output, &format.kind(), verb.force)?;
@@ -109,12 +114,12 @@ struct Read {
 fn read(verb: &Convert) -> Result<Read> {
     let options = verb.reading.options();
     let bytes = coefficients::load(&verb.input)?;
-    let format = options.format.or_else(|| coefficients::recognise(&verb.input, &bytes));
-    let format = format.ok_or_else(|| {
+    let format = series_format(&verb.input, &bytes, &options).ok_or_else(|| {
         let help = "`harmolux fit` makes coefficients of a mesh; `--from` says the format of a coefficient file";
         let message = "this is no coefficient file that is known here";
         Error::from(InputError::new(&verb.input, message).help(help))
     })?;
+    let options = ReadOptions { format: Some(format), ..options };
     let shape = coefficients::parse(&verb.input, &bytes, &options)?;
     Ok(Read { format, shape })
 }

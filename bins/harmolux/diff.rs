@@ -7,7 +7,7 @@ use glam::DVec3;
 use harmolux::io::meshes::{MeshColours, MeshFormat, encode_ply};
 use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
-use harmolux::study::{CompareSettings, Comparison, DistanceMap, Hausdorff, compare, distance_map};
+use harmolux::study::{CompareSettings, Comparison, DistanceMap, Hausdorff, Pair};
 use harmolux::{Error, Result};
 use serde_json::{Value, json};
 
@@ -69,14 +69,16 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
         width: verb.width.or(verb.tolerance.map(|t| 0.25 * t)),
         centre: verb.centre,
     };
-    let found = compare(a.subject(), b.subject(), &settings).map_err(|e| about_both(verb, e))?;
+    let ready = Pair::new(a.subject(), b.subject(), &settings);
+    let pair = ready.map_err(|e| about_both(verb, e))?;
+    let found = pair.compare().map_err(|e| about_both(verb, e))?;
     let met = verb.tolerance.map(|tolerance| found.hausdorff.upper <= tolerance);
     fill(&mut table, verb, &found);
     if let Some(output) = output {
         output.write(&table.to_csv()?)?;
     }
     if let Some(output) = map {
-        write_map(output, &distance_map(a.subject(), b.subject(), &settings)?)?;
+        write_map(output, &pair.distance_map())?;
     }
     if as_json {
         say::data(&value(verb, &found, met).to_string());
@@ -104,7 +106,7 @@ fn write_map(output: Output, map: &DistanceMap) -> Result<()> {
     output.write(&encode_ply(&map.mesh, Some(MeshColours::OfVertices(&colours)))?)?;
     let end = say::significant(end, 3);
     say::note(&format!(
-        "{path}: blue -{end} m (b is inside a), white 0, red +{end} m (b is outside a)"
+        "{path}: blue -{end} m (b is inside a), white 0, red +{end} m (b is outside a); the strength grows with the square root"
     ));
     Ok(())
 }
@@ -209,8 +211,8 @@ fn report(verb: &Diff, found: &Comparison) {
             degrees(normals.percentile_95)
         ),
     ));
-    lines.push(("volume", pair(found.volumes, "m3")));
-    lines.push(("area", pair(found.areas.map(Some), "m2")));
+    lines.push(("volume", two(found.volumes, "m3")));
+    lines.push(("area", two(found.areas.map(Some), "m2")));
     say::pairs(&lines);
     for (path, error) in [&verb.a, &verb.b].into_iter().zip(h.chord_errors) {
         if let Some(bound) = error.and_then(|e| e.bound) {
@@ -229,7 +231,7 @@ fn interval(h: &Hausdorff) -> String {
 }
 
 /// Writes two values and their ratio.
-fn pair(values: [Option<f64>; 2], unit: &str) -> String {
+fn two(values: [Option<f64>; 2], unit: &str) -> String {
     let text = |v: Option<f64>| v.map_or("none (open)".into(), |v| say::significant(v, 6));
     let ratio = match values {
         [Some(a), Some(b)] => format!(", ratio {}", say::significant(b / a, 6)),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::DVec3;
 use harmolux::Result;
-use harmolux::io::coefficients::{self, SeriesFormat, Shape};
+use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, Shape};
 use harmolux::io::meshes;
 use harmolux::sh::{Convention, positions, range, volume};
 use harmolux::study::{mesh_bytes, series_bytes};
@@ -57,11 +57,21 @@ struct SeriesFile {
 fn series_file(verb: &Info) -> Result<Option<SeriesFile>> {
     let options = verb.reading.options();
     let bytes = coefficients::load(&verb.file)?;
-    let format = options.format.or_else(|| coefficients::recognise(&verb.file, &bytes));
-    let Some(format) = format else { return Ok(None) };
+    let Some(format) = series_format(&verb.file, &bytes, &options) else { return Ok(None) };
     let shape = coefficients::parse(&verb.file, &bytes, &options)?;
     let convention = coefficients::convention(&verb.file, &bytes, format, &options)?;
     Ok(Some(SeriesFile { format, convention, shape }))
+}
+
+/// Tells the format of a coefficient file; a mesh is none, whatever its extension.
+pub(crate) fn series_format(
+    path: &Path,
+    bytes: &[u8],
+    options: &ReadOptions,
+) -> Option<SeriesFormat> {
+    let told = options.format.or_else(|| coefficients::recognise_content(bytes));
+    let is_mesh = || meshes::recognise(bytes).is_some();
+    told.or_else(|| if is_mesh() { None } else { SeriesFormat::of_extension(path) })
 }
 
 fn series(file: &SeriesFile) -> Result<(Lines, Value)> {

@@ -3,6 +3,7 @@
 mod arguments;
 mod check;
 mod convert;
+mod convert_mesh;
 mod diff;
 mod exit;
 mod fit;

@@ -9,6 +9,7 @@ use harmolux::surface::Mesh;
 
 use super::arguments::{MeshHabits, SeriesHabits};
 use super::fit::read_mesh;
+use super::info::series_format;
 
 /// What a file holds.
 pub(crate) enum Read {
@@ -20,10 +21,10 @@ impl Read {
     /// Reads a file of either kind.
     pub(crate) fn open(path: &Path, series: &SeriesHabits, mesh: &MeshHabits) -> Result<Self> {
         let bytes = coefficients::load(path)?;
-        if coefficients::recognise(path, &bytes).is_none() {
+        let options = ReadOptions { convention: series.convention(), ..ReadOptions::default() };
+        if series_format(path, &bytes, &options).is_none() {
             return read_mesh(path, mesh).map(Self::Mesh);
         }
-        let options = ReadOptions { convention: series.convention(), ..ReadOptions::default() };
         coefficients::parse(path, &bytes, &options).map(Self::Series)
     }
 

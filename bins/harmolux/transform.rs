@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec3};
 use harmolux::Result;
 use harmolux::io::coefficients::{self, Shape};
 use harmolux::math::{EulerAngles, Rotation};
-use harmolux::sh::{Alignment, Axis, Recentred, Top};
+use harmolux::sh::{Alignment, Axis, Filter, Recentred, Top};
 use harmolux::study::{NewCentre, Reshaped, Steps, Turn, reshape};
 use serde_json::{Value, json};
 
@@ -38,6 +38,9 @@ pub(crate) struct Transform {
     /// Expand the surface, which stays where it is, about another centre: a point in the shape's axes, metres, or the word centroid
     #[arg(long, value_name = "X,Y,Z|centroid", value_parser = new_centre, allow_hyphen_values = true)]
     pub(crate) recentre: Option<NewCentre>,
+    /// Damp the degrees against ringing: lanczos, or heat=TIME (0.001 softens about 3 degrees of arc)
+    #[arg(long, value_name = "lanczos|heat=TIME")]
+    pub(crate) filter: Option<Filter>,
     /// Mirror at the plane normal to this axis
     #[arg(long, value_enum)]
     pub(crate) mirror: Option<AxisName>,
@@ -127,6 +130,7 @@ pub(crate) fn run(verb: &Transform, as_json: bool) -> Result<Code> {
     let steps = Steps {
         degree: verb.degree.map(|l| l as usize),
         centre: verb.recentre,
+        filter: verb.filter,
         mirror: verb.mirror.map(|name| match name {
             AxisName::X => Axis::X,
             AxisName::Y => Axis::Y,

@@ -1,4 +1,4 @@
-//! Spectra in: a CSV table of the power of each degree.
+//! Spectra in: a CSV table of the power of each degree, as `harmolux spectrum` writes it.
 
 use std::path::Path;
 
@@ -6,7 +6,8 @@ use crate::error::InputError;
 use crate::sh::MAX_DEGREE;
 use crate::{Error, Result};
 
-/// Reads the columns `degree` and `power` of a CSV table with a header row; other columns are passed over. `path` is for messages.
+/// Reads the columns `degree` and `power` (or `power_m2`) of a CSV table with a header row; other columns are passed over. `path` is for
+/// messages.
 ///
 /// The power P_l is the mean of f_l^2 over the sphere, in m2. Degrees ascend without gaps and may start above 0: `result[l]` is the power of degree
 /// l, 0 below the first.
@@ -34,7 +35,9 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
         if degree != powers.len() {
             let message =
                 format!("degree {degree} stands here, where degree {} must come", powers.len());
-            return Err(wrong(message).help("list every degree once, in ascending order").into());
+            return Err(wrong(message)
+                .help("list every degree of one shape once, in ascending order")
+                .into());
         }
         let number: f64 =
             power.parse().ok().filter(|p: &f64| p.is_finite() && *p >= 0.0).ok_or_else(|| {
@@ -50,15 +53,16 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
 
 /// Finds the columns of degree and power.
 fn columns(path: &Path, header: &csv::StringRecord) -> Result<[usize; 2]> {
-    let find = |name: &str| {
-        let column = header.iter().position(|h| h.eq_ignore_ascii_case(name));
-        column.ok_or_else(|| {
-            InputError::new(path, format!("the header row has no column `{name}`"))
+    let find = |names: &[&str]| {
+        let named = |h: &str| names.iter().any(|name| h.eq_ignore_ascii_case(name));
+        header.iter().position(named).ok_or_else(|| {
+            let message = format!("the header row has no column `{}`", names.join("` or `"));
+            InputError::new(path, message)
                 .at(1, None)
                 .help("a spectrum is a CSV table that begins as `degree,power`")
         })
     };
-    Ok([find("degree")?, find("power")?])
+    Ok([find(&["degree"])?, find(&["power", "power_m2"])?])
 }
 
 /// Tells where the table is broken.
@@ -110,5 +114,6 @@ mod tests {
     fn columns_are_found_by_name_and_low_degrees_are_zero() {
         let powers = read(b"Power, degree,share\r\n0.5,2,1\r\n1e-3,3,0\r\n").expect("valid");
         assert_eq!(powers, [0.0, 0.0, 0.5, 1e-3]);
+        assert_eq!(read(b"shape,degree,power_m2\nhead,0,4\n").expect("ours"), [4.0]);
     }
 }

@@ -33,65 +33,99 @@ const POLAR: f64 = 1e-5;
 #[derive(Clone)]
 struct Plan {
     lmax: usize,
-    /// Points of the fine torus along theta and phi.
-    fine: [usize; 2],
-    /// Rings from pole to pole, less one, on which Legendre sums are taken.
-    half: usize,
-    /// The Fourier transform of the kernel at each order 0..=lmax, along theta and phi.
-    kernel: [Vec<f64>; 2],
-    rings: Arc<dyn Fft<f64>>,
-    back_rings: Arc<dyn Fft<f64>>,
-    theta: Arc<dyn Fft<f64>>,
-    back_theta: Arc<dyn Fft<f64>>,
-    phi: Arc<dyn Fft<f64>>,
-    back_phi: Arc<dyn Fft<f64>>,
+    /// Points of the torus along theta and along phi.
+    around: usize,
+    /// The Fourier transform of the kernel at each order 0..=lmax.
+    kernel: Vec<f64>,
+    forward: Arc<dyn Fft<f64>>,
+    inverse: Arc<dyn Fft<f64>>,
 }
 
 impl Plan {
     fn new(lmax: usize) -> Self {
         // Four times the margin, so that the rows beyond the poles stay apart.
-        let fine = smooth_above((4 * lmax + 4).max(4 * MARGIN));
-        let half = smooth_above(lmax + 1);
+        let around = smooth_above((4 * lmax + 4).max(4 * MARGIN));
         let mut planner = FftPlanner::new();
-        let kernel = transform_of_kernel(lmax, fine);
         Self {
             lmax,
-            fine: [fine, fine],
-            half,
-            kernel: [kernel.clone(), kernel],
-            rings: planner.plan_fft_forward(2 * half),
-            back_rings: planner.plan_fft_inverse(2 * half),
-            theta: planner.plan_fft_forward(fine),
-            back_theta: planner.plan_fft_inverse(fine),
-            phi: planner.plan_fft_forward(fine),
-            back_phi: planner.plan_fft_inverse(fine),
+            around,
+            kernel: transform_of_kernel(lmax, around),
+            forward: planner.plan_fft_forward(around),
+            inverse: planner.plan_fft_inverse(around),
         }
     }
 
     /// Counts the rows that are kept: from a margin before one pole to a margin behind the other.
     fn rows(&self) -> usize {
-        self.fine[0] / 2 + 1 + 2 * MARGIN
+        self.around / 2 + 1 + 2 * MARGIN
     }
 
     /// Gives where a kept row stands on the torus.
     fn on_torus(&self, row: usize) -> usize {
-        (row + self.fine[0] - MARGIN) % self.fine[0]
+        (row + self.around - MARGIN) % self.around
     }
 
-    /// Prepares the Legendre sums on the rings.
+    /// Makes the transform of the half of the torus that is the sphere.
     fn transform(&self) -> Result<Transform> {
-        Transform::new(self.lmax, Grid::equispaced(self.half, 1))
+        Transform::new(self.lmax, Grid::equispaced(self.around / 2, self.around))
     }
 
     /// Places a direction: first row and column of its kernel, and how far the direction is from them, in cells.
     fn place(&self, w: DVec3) -> ([usize; 2], [f64; 2]) {
-        let cells = |angle: f64, n: usize| angle / (2.0 * PI) * n as f64;
-        let theta = cells(w.x.hypot(w.y).atan2(w.z), self.fine[0]) + MARGIN as f64;
-        let phi = cells(w.y.atan2(w.x), self.fine[1]) + self.fine[1] as f64;
+        let cells = |angle: f64| angle / (2.0 * PI) * self.around as f64;
+        let theta = cells(w.x.hypot(w.y).atan2(w.z)) + MARGIN as f64;
+        let phi = cells(w.y.atan2(w.x)) + self.around as f64;
         let first = |x: f64| (x - 0.5 * WIDTH as f64).ceil();
         let (row, column) = (first(theta), first(phi));
-        ([row as usize, column as usize % self.fine[1]], [theta - row, phi - column])
+        ([row as usize, column as usize % self.around], [theta - row, phi - column])
     }
+
+    /// Divides a torus by the kernel, up to order lmax both ways. For each order along phi `gather` lays the spectra of the given rows out along theta, and
+    /// `scatter` takes the wanted rows from the result.
+    fn divide(
+        &self,
+        rows: &[f64],
+        gather: impl Fn(&[Vec<Complex<f64>>], usize) -> Vec<Complex<f64>> + Sync,
+        scatter: impl Fn(Vec<Complex<f64>>, usize) -> Vec<Complex<f64>> + Sync,
+    ) -> Vec<f64> {
+        let n = self.around;
+        let spectra: Vec<Vec<Complex<f64>>> =
+            rows.par_chunks(n).map(|row| self.orders_of(row)).collect();
+        let order = |m: usize| {
+            let mut line = gather(&spectra, m);
+            self.forward.process(&mut line);
+            // A real function has each order above 0 twice.
+            let weight = if m == 0 { 1.0 } else { 2.0 } / (n * n) as f64;
+            for (k, x) in line.iter_mut().enumerate() {
+                let along = self.kernel.get(k.min(n - k));
+                *x *= along.map_or(0.0, |kernel| weight / (kernel * self.kernel[m]));
+            }
+            self.inverse.process(&mut line);
+            scatter(line, m)
+        };
+        let orders: Vec<Vec<Complex<f64>>> = (0..=self.lmax).into_par_iter().map(order).collect();
+        drop(spectra);
+        let mut cells = vec![0.0; orders[0].len() * n];
+        cells.par_chunks_mut(n).enumerate().for_each(|(row, cells)| {
+            let mut line = vec![Complex::new(0.0, 0.0); n];
+            line.iter_mut().zip(&orders).for_each(|(x, order)| *x = order[row]);
+            self.inverse.process(&mut line);
+            cells.iter_mut().zip(&line).for_each(|(cell, x)| *cell = x.re);
+        });
+        cells
+    }
+
+    fn orders_of(&self, row: &[f64]) -> Vec<Complex<f64>> {
+        let mut line: Vec<_> = row.iter().map(|&x| Complex::new(x, 0.0)).collect();
+        self.forward.process(&mut line);
+        line.truncate(self.lmax + 1);
+        line
+    }
+}
+
+/// Gives (-1)^m, the sign of order m on the far side of the torus.
+fn far_sign(m: usize) -> f64 {
+    if m.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
 /// Gives the smallest even product of 2, 3 and 5 from `n` on: sizes that transform fast.
@@ -105,8 +139,8 @@ fn smooth_above(n: usize) -> usize {
         }
         rest == 1 && n.is_multiple_of(2)
     };
-    // A power of two lies below twice any number.
-    (n.max(2)..2 * n.max(2)).find(|&n| is_smooth(n)).unwrap_or(n)
+    // The next power of two is one.
+    (n.max(2)..=n.max(2).next_power_of_two()).find(|&n| is_smooth(n)).unwrap_or(n)
 }
 
 /// Gives int K(x) cos(2 pi k x / n) dx over the width of the kernel, in cells, for k = 0..=lmax.
@@ -148,13 +182,13 @@ impl GridMoments {
     /// Starts with zero moments up to degree `lmax`; takes about 64 (lmax+1)^2 bytes.
     pub fn new(lmax: usize) -> Self {
         let plan = Plan::new(lmax);
-        let cells = vec![0.0; plan.rows() * plan.fine[1]];
+        let cells = vec![0.0; plan.rows() * plan.around];
         Self { plan: Arc::new(plan), cells }
     }
 
     /// Adds a node: the unit vector `direction` with `weight` = f(direction) times its solid angle.
     pub fn add(&mut self, direction: DVec3, weight: f64) {
-        let n = self.plan.fine[1];
+        let n = self.plan.around;
         let ([row, column], offset) = self.plan.place(direction);
         let [of_rows, of_columns] = offset.map(kernels);
         for (i, (k, _)) in of_rows.iter().enumerate() {
@@ -178,75 +212,29 @@ impl GridMoments {
     /// # Errors
     /// [`crate::Error::Parameter`] for a degree too high to evaluate.
     pub fn coefficients(&self) -> Result<Coefficients> {
-        let plan = &self.plan;
-        let spectra: Vec<Vec<Complex<f64>>> =
-            self.cells.par_chunks(plan.fine[1]).map(|row| plan.orders_of(row)).collect();
-        let rings: Vec<Vec<Complex<f64>>> =
-            (0..=plan.lmax).into_par_iter().map(|m| plan.rings_of(m, &spectra)).collect();
-        drop(spectra);
-        let added = |ring: usize, m: usize| {
-            let x: Complex<f64> = rings[m][ring];
-            [x.re, -x.im]
+        let (plan, n) = (&self.plan, self.plan.around);
+        let gather = |spectra: &[Vec<Complex<f64>>], m: usize| {
+            let mut line = vec![Complex::new(0.0, 0.0); n];
+            for (row, orders) in spectra.iter().enumerate() {
+                line[plan.on_torus(row)] += orders[m];
+            }
+            line
         };
-        Ok(plan.transform()?.moments(added))
-    }
-}
-
-impl Plan {
-    /// Turns a row of cells into its orders, the kernel along phi taken out.
-    fn orders_of(&self, row: &[f64]) -> Vec<Complex<f64>> {
-        let mut line: Vec<_> = row.iter().map(|&x| Complex::new(x, 0.0)).collect();
-        self.phi.process(&mut line);
-        line.iter().zip(&self.kernel[1]).map(|(x, k)| x / k).collect()
-    }
-
-    /// Carries one order from the rows to the rings, the kernel along theta taken out and the far side of the torus folded onto the near one.
-    fn rings_of(&self, m: usize, rows: &[Vec<Complex<f64>>]) -> Vec<Complex<f64>> {
-        let (n, around) = (self.fine[0], 2 * self.half);
-        let mut line = vec![Complex::new(0.0, 0.0); n];
-        for (row, orders) in rows.iter().enumerate() {
-            line[self.on_torus(row)] += orders[m];
-        }
-        self.theta.process(&mut line);
-        let mut coarse = vec![Complex::new(0.0, 0.0); around];
-        for (k, kernel) in self.kernel[0].iter().enumerate() {
-            let factor = 1.0 / (kernel * around as f64);
-            coarse[k] = line[k] * factor;
-            if k > 0 {
-                coarse[around - k] = line[n - k] * factor;
+        // The far side of the torus is the sphere once more.
+        let fold = |line: Vec<Complex<f64>>, m: usize| {
+            let far = |i: usize| if i == 0 || 2 * i == n { Complex::ZERO } else { line[n - i] };
+            (0..=n / 2).map(|i| line[i] + far_sign(m) * far(i)).collect()
+        };
+        let mut samples = plan.divide(&self.cells, gather, fold);
+        let transform = plan.transform()?;
+        // Analysis weighs each sample by its solid angle; these are weighed already.
+        for (ring, samples) in samples.chunks_mut(n).enumerate() {
+            let weight = transform.grid().solid_angle(ring * n);
+            for x in samples {
+                *x /= weight;
             }
         }
-        self.back_rings.process(&mut coarse);
-        let sign = if m.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let folded = |i: usize| match i {
-            0 => coarse[0],
-            i if i == self.half => coarse[i],
-            i => coarse[i] + sign * coarse[around - i],
-        };
-        (0..=self.half).map(folded).collect()
-    }
-
-    /// Carries one order of a series from the rings to the rows, divided by both kernels.
-    fn rows_of(&self, m: usize, rings: &[Vec<[f64; 2]>]) -> Vec<Complex<f64>> {
-        let (n, around) = (self.fine[0], 2 * self.half);
-        let sign = if m.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let at = |i: usize| {
-            let ([a, b], sign) =
-                if i <= self.half { (rings[i][m], 1.0) } else { (rings[around - i][m], sign) };
-            sign * Complex::new(a, -b)
-        };
-        let mut coarse: Vec<_> = (0..around).map(at).collect();
-        self.rings.process(&mut coarse);
-        let mut line = vec![Complex::new(0.0, 0.0); n];
-        for (k, kernel) in self.kernel[0].iter().enumerate() {
-            let factor = 1.0 / (kernel * self.kernel[1][m] * around as f64);
-            line[k] = coarse[k] * factor;
-            if k > 0 {
-                line[n - k] = coarse[around - k] * factor;
-            }
-        }
-        self.back_theta.process(&mut line);
-        (0..self.rows()).map(|row| line[self.on_torus(row)]).collect()
+        transform.analysis(&samples)
     }
 }
 
@@ -264,19 +252,16 @@ impl GridSeries {
     /// [`crate::Error::Parameter`] for a degree too high to evaluate.
     pub fn new(series: Series) -> Result<Self> {
         let plan = Plan::new(series.coefficients().lmax());
-        let orders = plan.lmax + 1;
-        let rings = plan.transform()?.orders(series.coefficients());
-        let rows: Vec<Vec<Complex<f64>>> =
-            (0..orders).into_par_iter().map(|m| plan.rows_of(m, &rings)).collect();
-        drop(rings);
-        let n = plan.fine[1];
-        let mut cells = vec![0.0; plan.rows() * n];
-        cells.par_chunks_mut(n).enumerate().for_each(|(row, cells)| {
-            let mut line = vec![Complex::new(0.0, 0.0); n];
-            line.iter_mut().zip(&rows).for_each(|(x, order)| *x = order[row]);
-            plan.back_phi.process(&mut line);
-            cells.iter_mut().zip(&line).for_each(|(cell, x)| *cell = x.re);
-        });
+        let n = plan.around;
+        let samples = plan.transform()?.synthesis(series.coefficients())?;
+        let gather = |spectra: &[Vec<Complex<f64>>], m: usize| {
+            let far = |i: usize| far_sign(m) * spectra[n - i][m];
+            (0..n).map(|i| if 2 * i <= n { spectra[i][m] } else { far(i) }).collect()
+        };
+        let keep = |line: Vec<Complex<f64>>, _| {
+            (0..plan.rows()).map(|row| line[plan.on_torus(row)]).collect()
+        };
+        let cells = plan.divide(&samples, gather, keep);
         Ok(Self { plan, cells, series })
     }
 
@@ -292,17 +277,17 @@ impl GridSeries {
             return self.series.jet(direction);
         }
         let (value, along_theta, along_phi) = self.interpolate(direction);
-        let [scale_theta, scale_phi] = self.plan.fine.map(|n| n as f64 / (2.0 * PI));
+        let scale = self.plan.around as f64 / (2.0 * PI);
         let (cos, sin) = (direction.x / s, direction.y / s);
         let to_south = DVec3::new(direction.z * cos, direction.z * sin, -s);
         let to_east = DVec3::new(-sin, cos, 0.0);
-        let gradient = scale_theta * along_theta * to_south + scale_phi * along_phi / s * to_east;
+        let gradient = scale * (along_theta * to_south + along_phi / s * to_east);
         Jet { value, gradient }
     }
 
     /// Gives the value and its derivatives along theta and phi, per cell.
     fn interpolate(&self, direction: DVec3) -> (f64, f64, f64) {
-        let n = self.plan.fine[1];
+        let n = self.plan.around;
         let ([row, column], offset) = self.plan.place(direction);
         let [of_rows, of_columns] = offset.map(kernels);
         let (mut f, mut f_theta, mut f_phi) = (0.0, 0.0, 0.0);

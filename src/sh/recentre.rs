@@ -159,19 +159,14 @@ impl View {
 
     /// Gives the RMS over directions and the largest of |series - distance|.
     fn errors(&self, found: &Coefficients) -> Result<[f64; 2]> {
-        let series = Series::new(found)?;
-        let parts: Vec<[f64; 2]> = self
-            .points
-            .par_chunks(SAMPLES_PER_TASK)
-            .map(|points| {
-                points.iter().fold([0.0, 0.0_f64], |[sum, worst], &(direction, distance, solid)| {
-                    let error = series.value(direction) - distance;
-                    [sum + solid * error * error, worst.max(error.abs())]
-                })
-            })
-            .collect();
-        let sum: f64 = parts.iter().map(|p| p[0]).sum();
-        let worst = parts.iter().map(|p| p[1]).fold(0.0, f64::max);
+        let directions: Vec<DVec3> = self.points.iter().map(|p| p.0).collect();
+        let values = Series::new(found)?.values(&directions);
+        let (mut sum, mut worst) = (0.0, 0.0_f64);
+        for (value, (_, distance, solid_angle)) in values.iter().zip(&self.points) {
+            let error = (value - distance).abs();
+            sum += solid_angle * error * error;
+            worst = worst.max(error);
+        }
         Ok([(sum / (4.0 * PI)).sqrt(), worst])
     }
 }

@@ -14,8 +14,8 @@ mod sweep;
 pub use batch::batch;
 pub use check::{Check, CheckSettings, FaceFault, SOUND, StarCheck};
 pub use compare::{
-    CompareSettings, Comparison, DistanceMap, Hausdorff, NormalAngles, RadialDifference, Subject,
-    compare, distance_map,
+    CompareSettings, Comparison, DistanceMap, Hausdorff, NormalAngles, Pair, RadialDifference,
+    Subject, compare,
 };
 pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
 pub use fit_points::{PointFit, fit_points};

@@ -1,10 +1,10 @@
-//! A shape becomes another one: truncated, seen from another centre, mirrored, turned, scaled, moved.
+//! A shape becomes another one: truncated, seen from another centre, filtered, mirrored, turned, scaled, moved.
 
 use glam::DVec3;
 
 use crate::io::coefficients::Shape;
 use crate::math::Rotation;
-use crate::sh::{Alignment, Axis, Recentred, Solid, align, mirrored, recentre, rotate};
+use crate::sh::{Alignment, Axis, Filter, Recentred, Solid, align, mirrored, recentre, rotate};
 use crate::{Error, Result};
 
 /// Names the point that becomes the expansion centre.
@@ -32,6 +32,8 @@ pub struct Steps {
     pub degree: Option<usize>,
     /// Where the new expansion centre is; the surface stays where it is.
     pub centre: Option<NewCentre>,
+    /// How the degrees are damped.
+    pub filter: Option<Filter>,
     /// The normal of the plane through the origin of the axes at which the shape is mirrored.
     pub mirror: Option<Axis>,
     /// How it is turned.
@@ -69,6 +71,9 @@ pub fn reshape(shape: &Shape, steps: &Steps) -> Result<Reshaped> {
                 done.shape = done.shape.truncated(degree);
             }
         }
+    }
+    if let Some(filter) = steps.filter {
+        done.shape.coefficients = filter.apply(&done.shape.coefficients);
     }
     if let Some(axis) = steps.mirror {
         done.mirror(axis);
@@ -246,6 +251,14 @@ mod tests {
         );
         assert!(off.length() <= 1e-8, "{off}");
         assert_eq!(done.rotation, done.alignment.map(|a| a.rotation));
+    }
+
+    #[test]
+    fn filter_damps_the_cut_series() {
+        let filter = Some(Filter::Lanczos);
+        let steps = Steps { degree: Some(3), filter, ..Steps::default() };
+        let done = reshape(&shape(), &steps).expect("valid").shape.coefficients;
+        assert_eq!(done, Filter::Lanczos.apply(&shape().coefficients.truncated(3)));
     }
 
     #[test]

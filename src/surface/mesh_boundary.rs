@@ -30,10 +30,10 @@ impl BoundaryLoop {
 ///
 /// Where more than two of them meet, the walk goes on along the first that is left. Edges keep their own direction, whichever way
 /// the walk takes them.
-pub(super) fn for_each_loop(edges: Vec<[u32; 2]>, mut see: impl FnMut(&[[u32; 2]])) {
+pub(super) fn for_each_loop(edges: &[[u32; 2]], mut see: impl FnMut(&[[u32; 2]])) {
     // Both ends of each edge, by vertex.
     let mut ends: Vec<(u32, u32)> =
-        (0..).zip(&edges).flat_map(|(i, &[a, b])| [(a, i), (b, i)]).collect();
+        (0..).zip(edges).flat_map(|(i, &[a, b])| [(a, i), (b, i)]).collect();
     ends.sort_unstable();
     let mut is_walked = vec![false; edges.len()];
     // Where at a vertex the search goes on, so that one of many edges is not searched anew each time.
@@ -76,7 +76,7 @@ mod tests {
 
     fn loops(edges: &[[u32; 2]]) -> Vec<usize> {
         let mut lengths = Vec::new();
-        for_each_loop(edges.to_vec(), |edges| lengths.push(edges.len()));
+        for_each_loop(edges, |edges| lengths.push(edges.len()));
         lengths
     }
 

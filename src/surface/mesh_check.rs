@@ -243,7 +243,7 @@ impl Edges {
                 all.examples[place].push(BadEdge::new(mesh, kind, &walks[0]));
             }
         });
-        for_each_loop(boundary, |edges| {
+        for_each_loop(&boundary, |edges| {
             all.loops += 1;
             let found = BoundaryLoop::new(mesh, edges);
             if all.longest.as_ref().is_none_or(|longest| found.length > longest.length) {

@@ -21,7 +21,7 @@ pub mod spharm_pdm;
 
 pub use compact::Tolerance;
 pub use format::SeriesFormat;
-pub use recognise::recognise;
+pub use recognise::{recognise, recognise_content};
 pub use shape::{Shape, Source, SourceHash};
 
 use std::path::Path;

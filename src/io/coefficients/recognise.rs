@@ -10,24 +10,29 @@ const HEAD: usize = 4096;
 /// Tells the format of a coefficient file from its content and, for a text or for bytes without a sign of their own, its extension;
 /// `None` when neither is that of a coefficient file.
 pub fn recognise(path: &Path, bytes: &[u8]) -> Option<SeriesFormat> {
-    if bytes.starts_with(npy::MAGIC) {
-        return Some(array(path, bytes));
-    }
+    recognise_content(bytes).or_else(|| SeriesFormat::of_extension(path))
+}
+
+/// Tells the format from the content alone; `None` when that says nothing.
+pub fn recognise_content(bytes: &[u8]) -> Option<SeriesFormat> {
     if bytes.starts_with(&binary::MAGIC) {
         return Some(SeriesFormat::Binary);
     }
     if bytes.starts_with(&compact::MAGIC) {
         return Some(SeriesFormat::Compact);
     }
+    if bytes.starts_with(npy::MAGIC) {
+        return Some(array(bytes));
+    }
     if bshc::is_bshc(bytes) {
         return Some(SeriesFormat::Bshc);
     }
-    text(bytes).or_else(|| SeriesFormat::of_extension(path))
+    text(bytes)
 }
 
 /// Tells complex numbers from real ones.
-fn array(path: &Path, bytes: &[u8]) -> SeriesFormat {
-    match npy::Array::parse(path, bytes) {
+fn array(bytes: &[u8]) -> SeriesFormat {
+    match npy::Array::parse(Path::new(""), bytes) {
         Ok(array) if array.complex && array.shape.len() < 3 => SeriesFormat::Alm,
         _ => SeriesFormat::Npy,
     }

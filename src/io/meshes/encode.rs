@@ -61,12 +61,12 @@ pub fn encode_ply(mesh: &Mesh, colours: Option<MeshColours>) -> Result<Vec<u8>> 
     let mut bytes = ply_header(mesh, of_vertices.is_some(), of_faces.is_some()).into_bytes();
     bytes.reserve_exact(27 * mesh.positions().len() + 16 * mesh.triangles().len());
     for (i, p) in mesh.positions().iter().enumerate() {
-        p.to_array().iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+        bytes.extend(p.to_array().iter().flat_map(|x| x.to_le_bytes()));
         bytes.extend(of_vertices.iter().flat_map(|colours| colours[i]));
     }
     for (i, triangle) in mesh.triangles().iter().enumerate() {
         bytes.push(3);
-        triangle.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+        bytes.extend(triangle.iter().flat_map(|v| v.to_le_bytes()));
         bytes.extend(of_faces.iter().flat_map(|colours| colours[i]));
     }
     Ok(bytes)
@@ -119,7 +119,7 @@ fn stl(mesh: &Mesh) -> Result<Vec<u8>> {
     bytes.resize(HEADER, 0);
     bytes.extend(count.to_le_bytes());
     for face in 0..mesh.triangles().len() {
-        let corners = mesh.corners(face).map(|p| p.as_vec3());
+        let corners = mesh.corners(face).map(|p: DVec3| p.as_vec3());
         if !corners.iter().all(|p| p.is_finite()) {
             return Err(Error::Parameter(format!(
                 "face {face} (from 0) has a coordinate that the f32 of STL cannot hold; write PLY or OBJ"
@@ -127,7 +127,7 @@ fn stl(mesh: &Mesh) -> Result<Vec<u8>> {
         }
         let normal = mesh.normal(face).unwrap_or(DVec3::ZERO).as_vec3();
         for vector in [normal, corners[0], corners[1], corners[2]] {
-            vector.to_array().iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+            bytes.extend(vector.to_array().iter().flat_map(|x| x.to_le_bytes()));
         }
         bytes.extend([0, 0]);
     }

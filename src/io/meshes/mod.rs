@@ -67,6 +67,11 @@ fn parse_source(mut source: Source) -> Result<Mesh> {
     }
 }
 
+/// Tells the format by the bytes of a whole file; `None` when they say nothing.
+pub fn recognise(bytes: &[u8]) -> Option<MeshFormat> {
+    format_of(bytes, bytes.len() as u64)
+}
+
 /// Tells the format by the beginning of a file and its length; `None` when that says nothing.
 fn format_of(head: &[u8], length: u64) -> Option<MeshFormat> {
     let is_ply = head

@@ -11,8 +11,8 @@ use crate::{Error, Result};
 
 /// Tells whether the first word of a file is that of the format, be it a variant that cannot be read.
 pub(super) fn is_off(head: &[u8]) -> bool {
-    let line = head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii);
-    let first = line.filter(|l| !l.is_empty() && l[0] != b'#').next().unwrap_or(b"");
+    let mut lines = head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii);
+    let first = lines.find(|l| !l.is_empty() && l[0] != b'#').unwrap_or(b"");
     let word = first.split(u8::is_ascii_whitespace).next().unwrap_or(b"");
     is_keyword(word)
 }

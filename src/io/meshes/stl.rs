@@ -5,7 +5,7 @@
 //! passed over: the order of the corners says what is outside.
 //!
 //! A file is binary when it is as long as the count after its header of 80 bytes says, whatever the header holds: many programs
-//! begin it with `solid`. (Crate stl_io 0.11 goes by the word, and holds every corner twice.)
+//! begin it with `solid`.
 
 use glam::DVec3;
 

@@ -86,33 +86,6 @@ impl Latitudes {
         self.pairs.iter().map(&mut deal).enumerate().collect()
     }
 
-    /// Shows the cosine and sine amplitude of each ring; `row` holds one order, group after group.
-    pub(super) fn spread(&self, row: &[Amplitudes], mut show: impl FnMut(usize, [f64; 2])) {
-        for (pairs, Amplitudes([na, nb, sa, sb])) in self.pairs.iter().zip(row) {
-            for (lane, pair) in pairs.iter().enumerate() {
-                show(pair.north, [na[lane], nb[lane]]);
-                if let Some(south) = pair.south {
-                    show(south, [sa[lane], sb[lane]]);
-                }
-            }
-        }
-    }
-
-    /// Gathers the even and odd parts of what the rings of a group add to one order.
-    pub(super) fn gather(&self, group: usize, added: impl Fn(usize) -> [f64; 2]) -> Amplitudes {
-        let mut result = Amplitudes::ZERO;
-        for (lane, pair) in self.pairs[group].iter().enumerate() {
-            let [na, nb] = added(pair.north);
-            let [sa, sb] = pair.south.map_or([0.0; 2], &added);
-            let z = self.zones[group].z[lane];
-            let parts = [na + sa, nb + sb, z * (na - sa), z * (nb - sb)];
-            for (lanes, part) in result.0.iter_mut().zip(parts) {
-                lanes[lane] = part;
-            }
-        }
-        result
-    }
-
     /// Sums over degrees: fills the amplitudes of order `m` on all rings, one entry a group; entries of negligible groups stay as they are.
     pub(super) fn sum_degrees(
         &self,

@@ -120,29 +120,6 @@ impl Transform {
         Ok(self.sum_rings(&amplitudes))
     }
 
-    /// Sums over degrees only: the cosine and sine amplitudes of each order, `[m]`, on each ring of the grid. The degree of the series is at most that of the transform.
-    pub(super) fn orders(&self, coefficients: &Coefficients) -> Vec<Vec<[f64; 2]>> {
-        let (groups, amplitudes) = (self.latitudes.groups(), self.sum_degrees(coefficients));
-        let mut rings = vec![vec![[0.0; 2]; self.lmax() + 1]; self.grid.rings().len()];
-        for (m, row) in amplitudes.chunks_exact(groups).enumerate() {
-            self.latitudes.spread(row, |ring, amplitude| rings[ring][m] = amplitude);
-        }
-        rings
-    }
-
-    /// Sums over rings only, without weights: coefficients from what each ring adds to the cosine and sine sums of each order, `added(ring, m)`.
-    pub(super) fn moments(&self, added: impl Fn(usize, usize) -> [f64; 2] + Sync) -> Coefficients {
-        let lmax = self.lmax();
-        let mut amplitudes = vec![Amplitudes::ZERO; (lmax + 1) * self.latitudes.groups()];
-        let tasks = amplitudes.chunks_mut(lmax + 1).enumerate().collect();
-        self.each(tasks, |(): &mut (), (group, column): (usize, &mut [_])| {
-            for (m, entry) in column.iter_mut().enumerate() {
-                *entry = self.latitudes.gather(group, |ring| added(ring, m));
-            }
-        });
-        self.sum_rings(&amplitudes)
-    }
-
     /// Gives the amplitudes of all orders and groups, order after order.
     fn sum_degrees(&self, coefficients: &Coefficients) -> Vec<Amplitudes> {
         let groups = self.latitudes.groups();

@@ -71,12 +71,13 @@ pub struct NormalAngles {
 pub struct DistanceMap {
     /// The mesh: the first shape, or the mesh that stands for it.
     pub mesh: Mesh,
-    /// Per vertex the distance to the nearest point of the second shape, metres; positive where that is outside the first.
+    /// Per vertex the distance to the nearest point of the second shape, metres; positive where that is outside the first (ahead of the vertex's normal).
     pub distances: Vec<f64>,
 }
 
 impl DistanceMap {
-    /// Gives a colour for each vertex, from blue (negative) over white to red, and the distance at which they are full: the largest.
+    /// Gives a colour for each vertex, from blue (negative) over white to red, and the distance at which they are full, the largest;
+    /// the strength of a colour grows with the square root, so that small differences show beside a large one.
     pub fn colours(&self) -> (Vec<[u8; 3]>, f64) {
         let end = self.distances.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let share = |d: &f64| if end > 0.0 { d / end } else { 0.0 };
@@ -88,7 +89,6 @@ impl DistanceMap {
 fn diverging(share: f64) -> [u8; 3] {
     const ENDS: [[f64; 3]; 2] = [[0.0, 114.0, 178.0], [178.0, 24.0, 43.0]];
     let end = ENDS[usize::from(share > 0.0)];
-    // The root shows small differences too.
     let strength = share.abs().min(1.0).sqrt();
     end.map(|channel| (255.0 + strength * (channel - 255.0)).round() as u8)
 }
@@ -110,38 +110,63 @@ const RELATIVE_WIDTH: f64 = 1e-3;
 /// Points on each shape at which normals are compared.
 const NORMAL_SAMPLES: u64 = 8192;
 
+/// Two shapes made ready to be compared.
+pub struct Pair<'a> {
+    subjects: [Subject<'a>; 2],
+    sides: [Side; 2],
+    width: f64,
+    centre: DVec3,
+}
+
+impl<'a> Pair<'a> {
+    /// Makes two shapes ready: a series becomes a mesh fine enough for the width of the interval.
+    ///
+    /// # Errors
+    /// [`Error::Geometry`] for a radius that is not positive, a mesh without faces or area or with vertices that are not finite;
+    /// [`Error::Parameter`] for a width that is not positive or takes too many faces, and for a degree too high.
+    pub fn new(a: Subject<'a>, b: Subject<'a>, settings: &CompareSettings) -> Result<Self> {
+        let width = width(a, b, settings)?;
+        let side = |subject| Side::new(subject, CHORD_SHARE * width);
+        let (first, second) = rayon::join(|| side(a), || side(b));
+        let sides = [first?, second?];
+        Ok(Self { subjects: [a, b], sides, width, centre: settings.centre })
+    }
+
+    /// Compares them.
+    ///
+    /// # Errors
+    /// [`Error::Numeric`] and [`Error::Parameter`] as the integrals over the shapes; none is known for shapes that could be made ready.
+    pub fn compare(&self) -> Result<Comparison> {
+        let ([a, b], sides) = (self.subjects, &self.sides);
+        Ok(Comparison {
+            radial: radial::radial(a, b, self.centre)?,
+            hausdorff: hausdorff(sides, self.width),
+            normals: normal_angles(sides),
+            volumes: [sides[0].volume, sides[1].volume],
+            areas: [sides[0].area, sides[1].area],
+        })
+    }
+
+    /// Measures the distance of the second shape at the vertices of the first.
+    pub fn distance_map(&self) -> DistanceMap {
+        let mesh = self.sides[0].mesh();
+        let normals = vertex_normals(mesh);
+        let distance = |(p, normal): (&DVec3, &DVec3)| {
+            let nearest = self.sides[1].tree.nearest(*p);
+            let outside = (nearest.point - *p).dot(*normal) >= 0.0;
+            if outside { nearest.distance } else { -nearest.distance }
+        };
+        let distances = mesh.positions().par_iter().zip(&normals).map(distance).collect();
+        DistanceMap { mesh: mesh.clone(), distances }
+    }
+}
+
 /// Compares two shapes.
 ///
 /// # Errors
-/// [`Error::Geometry`] for a radius that is not positive, a mesh without faces or area or with vertices that are not finite;
-/// [`Error::Parameter`] for a width that is not positive or takes too many faces, and for a degree too high.
+/// As [`Pair::new`] and [`Pair::compare`].
 pub fn compare(a: Subject, b: Subject, settings: &CompareSettings) -> Result<Comparison> {
-    let width = width(a, b, settings)?;
-    let sides = sides(a, b, width)?;
-    Ok(Comparison {
-        radial: radial::radial(a, b, settings.centre)?,
-        hausdorff: hausdorff(&sides, width),
-        normals: normal_angles(&sides),
-        volumes: [sides[0].volume, sides[1].volume],
-        areas: [sides[0].area, sides[1].area],
-    })
-}
-
-/// Measures the distance of the second shape at the vertices of the first.
-///
-/// # Errors
-/// As [`compare`].
-pub fn distance_map(a: Subject, b: Subject, settings: &CompareSettings) -> Result<DistanceMap> {
-    let sides = sides(a, b, width(a, b, settings)?)?;
-    let mesh = sides[0].mesh();
-    let normals = vertex_normals(mesh);
-    let distance = |(p, normal): (&DVec3, &DVec3)| {
-        let nearest = sides[1].tree.nearest(*p);
-        let outside = (nearest.point - *p).dot(*normal) >= 0.0;
-        if outside { nearest.distance } else { -nearest.distance }
-    };
-    let distances = mesh.positions().par_iter().zip(&normals).map(distance).collect();
-    Ok(DistanceMap { mesh: mesh.clone(), distances })
+    Pair::new(a, b, settings)?.compare()
 }
 
 /// Adds up the area vectors around each vertex: the sign of a distance needs no more than the side they look to.
@@ -164,12 +189,6 @@ fn width(a: Subject, b: Subject, settings: &CompareSettings) -> Result<f64> {
             "the width of the interval must be a positive number of metres, found {width}"
         ))),
     }
-}
-
-fn sides(a: Subject, b: Subject, width: f64) -> Result<[Side; 2]> {
-    let made =
-        rayon::join(|| Side::new(a, CHORD_SHARE * width), || Side::new(b, CHORD_SHARE * width));
-    Ok([made.0?, made.1?])
 }
 
 fn hausdorff([a, b]: &[Side; 2], width: f64) -> Hausdorff {

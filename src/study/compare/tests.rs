@@ -116,10 +116,12 @@ fn open_meshes_have_distances_and_no_volume() {
     encloses(&found.hausdorff, 0.5, 1e-3);
     assert_eq!((found.volumes, found.areas), ([None, None], [1.0, 1.0]));
     assert!(found.normals.percentile_95 <= 1e-7 && found.radial.is_err());
-    let map = distance_map(Subject::Mesh(&a), Subject::Mesh(&b), &DEFAULT).expect("mapped");
-    assert_eq!(map.distances, [0.5; 4]);
-    let map = distance_map(Subject::Mesh(&b), Subject::Mesh(&a), &DEFAULT).expect("mapped");
-    assert_eq!(map.distances, [-0.5; 4]);
+    let map = |a, b| {
+        let pair = Pair::new(Subject::Mesh(a), Subject::Mesh(b), &DEFAULT).expect("ready");
+        pair.distance_map().distances
+    };
+    assert_eq!(map(&a, &b), [0.5; 4]);
+    assert_eq!(map(&b, &a), [-0.5; 4]);
 }
 
 #[test]

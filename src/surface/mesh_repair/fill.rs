@@ -9,15 +9,15 @@ use crate::surface::mesh_boundary::for_each_loop;
 use crate::surface::mesh_edges::{EdgeFault, for_each_edge};
 
 /// Fills the holes of up to `most` edges: one of three by a face, others by a fan about the middle of the rim.
-pub(super) fn filled(mesh: Mesh, most: usize, done: &mut RepairReport) -> Result<Mesh> {
+pub(super) fn filled(mesh: &Mesh, most: usize, done: &mut RepairReport) -> Result<Mesh> {
     let mut rims = Vec::new();
-    for_each_edge(&mesh, |walks| {
+    for_each_edge(mesh, |walks| {
         if EdgeFault::of(walks) == Some(EdgeFault::Boundary) {
             rims.push(walks[0].direction());
         }
     });
     let (mut positions, mut triangles) = (mesh.positions().to_vec(), mesh.triangles().to_vec());
-    for_each_loop(rims, |edges| {
+    for_each_loop(&rims, |edges| {
         if edges.len() > most || edges.len() < 3 || !is_rim(edges) {
             return;
         }

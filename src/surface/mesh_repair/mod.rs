@@ -100,21 +100,21 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, RepairRep
     }
     let mut done = RepairReport::default();
     let mut mesh = weld::welded(mesh, settings.weld, &mut done)?;
-    mesh = without_collapsed(mesh, &mut done)?;
+    mesh = without_collapsed(&mesh, &mut done)?;
     mesh = without_duplicates(mesh, &mut done)?;
     if settings.largest_only {
-        mesh = largest_piece(mesh, &mut done)?;
+        mesh = largest_piece(&mesh, &mut done)?;
     }
-    mesh = orient::oriented(mesh, &mut done)?;
+    mesh = orient::oriented(&mesh, &mut done)?;
     mesh = flat::without_flat_faces(mesh, &mut done)?;
     if settings.fill > 0 {
-        mesh = fill::filled(mesh, settings.fill, &mut done)?;
+        mesh = fill::filled(&mesh, settings.fill, &mut done)?;
     }
-    Ok((compacted(mesh, &mut done)?, done))
+    Ok((compacted(&mesh, &mut done)?, done))
 }
 
 /// Drops the faces that name a vertex twice.
-fn without_collapsed(mesh: Mesh, done: &mut RepairReport) -> Result<Mesh> {
+fn without_collapsed(mesh: &Mesh, done: &mut RepairReport) -> Result<Mesh> {
     let mut triangles = mesh.triangles().to_vec();
     triangles.retain(|t| !is_collapsed(t));
     done.zero_area = mesh.triangles().len() - triangles.len();
@@ -133,7 +133,7 @@ fn without_duplicates(mesh: Mesh, done: &mut RepairReport) -> Result<Mesh> {
 }
 
 /// Keeps the piece of the largest area; faces that share a vertex are of one piece.
-fn largest_piece(mesh: Mesh, done: &mut RepairReport) -> Result<Mesh> {
+fn largest_piece(mesh: &Mesh, done: &mut RepairReport) -> Result<Mesh> {
     let mut parent: Vec<u32> = (0..mesh.positions().len() as u32).collect();
     for &[a, b, c] in mesh.triangles() {
         for other in [b, c] {
@@ -158,7 +158,7 @@ fn largest_piece(mesh: Mesh, done: &mut RepairReport) -> Result<Mesh> {
 }
 
 /// Drops the vertices that no face uses.
-fn compacted(mesh: Mesh, done: &mut RepairReport) -> Result<Mesh> {
+fn compacted(mesh: &Mesh, done: &mut RepairReport) -> Result<Mesh> {
     let mut is_used = vec![false; mesh.positions().len()];
     mesh.triangles().iter().flatten().for_each(|&v| is_used[v as usize] = true);
     let mut number = vec![0_u32; is_used.len()];

@@ -7,8 +7,8 @@ use crate::surface::Mesh;
 use crate::surface::mesh_edges::for_each_edge;
 
 /// Turns faces so that neighbours agree and each piece encloses a positive volume.
-pub(super) fn oriented(mesh: Mesh, done: &mut RepairReport) -> Result<Mesh> {
-    let neighbours = Neighbours::of(&mesh);
+pub(super) fn oriented(mesh: &Mesh, done: &mut RepairReport) -> Result<Mesh> {
+    let neighbours = Neighbours::of(mesh);
     let mut is_turned: Vec<Option<bool>> = vec![None; mesh.triangles().len()];
     let mut piece = Vec::new();
     for start in 0..is_turned.len() {
@@ -30,7 +30,7 @@ pub(super) fn oriented(mesh: Mesh, done: &mut RepairReport) -> Result<Mesh> {
             }
         }
         let turned = |face: u32| is_turned[face as usize] == Some(true);
-        if signed_volume(&mesh, &piece, turned) < 0.0 {
+        if signed_volume(mesh, &piece, turned) < 0.0 {
             for &face in &piece {
                 is_turned[face as usize] = is_turned[face as usize].map(|turned| !turned);
             }

@@ -17,12 +17,11 @@ pub(super) fn welded(mesh: &Mesh, distance: f64, done: &mut RepairReport) -> Res
     let count = positions.len() as u32;
     let mut target: Vec<u32> = (0..count).collect();
     for v in (0..count).filter(|&v| positions[v as usize].is_finite()) {
-        match cells.first_near(&kept, positions, v) {
-            Some(first) => target[v as usize] = first,
-            None => {
-                let hash = |v: u32| cells.hash(positions[v as usize]);
-                kept.insert_unique(hash(v), v, |&other| hash(other));
-            }
+        if let Some(first) = cells.first_near(&kept, positions, v) {
+            target[v as usize] = first;
+        } else {
+            let hash = |v: u32| cells.hash(positions[v as usize]);
+            kept.insert_unique(hash(v), v, |&other| hash(other));
         }
     }
     let mut is_used = vec![false; target.len()];

@@ -124,7 +124,9 @@ fn patches(mesh: &Mesh, about: DVec3) -> Vec<Fold> {
         patch.solid_angle += seen_solid_angle(mesh.corners(plane.face), about).abs() / (4.0 * PI);
         patch.middle += plane.area * mesh.middle(plane.face);
     }
-    patches.iter_mut().for_each(|p| p.middle /= p.area);
+    for patch in &mut patches {
+        patch.middle /= patch.area;
+    }
     patches.sort_by(|a, b| b.solid_angle.total_cmp(&a.solid_angle));
     patches
 }

@@ -18,7 +18,7 @@ const STRIP: [u16; 14] = [0, 1, 4, 5, 7, 1, 3, 0, 2, 4, 6, 7, 2, 3];
 fn buffer() -> Vec<u8> {
     let corner = |i: u8| [i & 1, i >> 1 & 1, i >> 2].map(|b| f32::from(b).to_le_bytes());
     let mut bytes: Vec<u8> = (0..8).flat_map(|i| corner(i).concat()).collect();
-    STRIP.iter().for_each(|i| bytes.extend(i.to_le_bytes()));
+    bytes.extend(STRIP.iter().flat_map(|i| i.to_le_bytes()));
     bytes
 }
 
@@ -185,7 +185,7 @@ fn documents_that_contradict_themselves_are_refused() {
     ] {
         match read(&changed(path, value.clone())) {
             Ok(mesh) => {
-                assert!(message.is_empty() && mesh.positions().iter().all(|p| p.is_finite()))
+                assert!(message.is_empty() && mesh.positions().iter().all(|p| p.is_finite()));
             }
             Err(error) => assert!(error.to_string().contains(message), "{path} {value}: {error}"),
         }

@@ -1,8 +1,7 @@
 //! Stanford PLY, as text and as binary of either byte order: the vertices' x, y, z and the faces, whatever else the file holds.
 //!
 //! The header says what each row of each element holds; rows are read one by one, so that nothing but the mesh is held. Counts
-//! are believed only as far as the file is long enough for them. (Crate ply-rs-bw 2 keeps every property of every row in a map of
-//! its own, allocates by the counts of the header, and does not say where in a binary file a fault is.)
+//! are believed only as far as the file is long enough for them.
 
 mod header;
 mod rows;
@@ -86,17 +85,15 @@ fn check_length(source: &Source, header: &Header) -> Result<()> {
     let mut left = source.left();
     for element in &header.elements {
         let least = element.least_bytes(header.encoding);
-        match least.checked_mul(element.count).and_then(|needed| left.checked_sub(needed)) {
-            Some(rest) => left = rest,
-            None => {
-                let message = format!(
-                    "the header announces {} rows of element {}, of {least} bytes each at least, but only {left} bytes are left for them",
-                    element.count, element.name
-                );
-                let help = "the file is cut short or its header is wrong; export it again";
-                return Err(source.fault_at(element.line, message, help));
-            }
-        }
+        let needed = least.checked_mul(element.count);
+        left = needed.and_then(|needed| left.checked_sub(needed)).ok_or_else(|| {
+            let message = format!(
+                "the header announces {} rows of element {}, of {least} bytes each at least, but only {left} bytes are left for them",
+                element.count, element.name
+            );
+            let help = "the file is cut short or its header is wrong; export it again";
+            source.fault_at(element.line, message, help)
+        })?;
     }
     Ok(())
 }
@@ -171,12 +168,11 @@ fn stray(place: &rows::Place, found: &str, vertices: u64) -> Error {
 fn check_end(source: &mut Source, encoding: Encoding) -> Result<()> {
     let help = "a count in the header is too small; export the file again";
     if encoding == Encoding::Text {
-        return match source.next_telling_line()? {
-            true => {
-                Err(source.fault_here("this follows the last row that the header announces", help))
-            }
-            false => Ok(()),
-        };
+        if source.next_telling_line()? {
+            let message = "this follows the last row that the header announces";
+            return Err(source.fault_here(message, help));
+        }
+        return Ok(());
     }
     let left = source.left();
     // A last line end is what some programs write behind the bytes.

@@ -29,12 +29,12 @@ fn binary(format: &str, int: impl Fn(i32) -> [u8; 4], double: impl Fn(f64) -> [u
     )
     .into_bytes();
     for [x, y, z] in [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.], [0.5, 0.5, 1.0]] {
-        [x, y, z].iter().for_each(|&v| bytes.extend(double(v)));
+        bytes.extend([x, y, z].into_iter().flat_map(&double));
         bytes.push(9);
     }
     for face in [&[3, 2, 1, 0][..], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]] {
         bytes.extend(int(face.len() as i32));
-        face.iter().for_each(|&v| bytes.extend(int(v)));
+        bytes.extend(face.iter().flat_map(|&v| int(v)));
     }
     bytes
 }

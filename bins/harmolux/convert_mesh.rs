@@ -1,0 +1,82 @@
+//! `harmolux convert` from mesh to mesh.
+
+use harmolux::io::coefficients;
+use harmolux::io::meshes::{self, MeshFormat};
+use harmolux::io::output::Output;
+use harmolux::{Error, Result};
+use serde_json::json;
+
+use super::arguments::UnitName;
+use super::convert::Convert;
+use super::exit::Code;
+use super::info::series_format;
+use super::say;
+
+/// Runs the verb when the output is a mesh; `None` when it is not.
+pub(crate) fn run(verb: &Convert, as_json: bool) -> Option<Result<Code>> {
+    if verb.to.is_some() || MeshFormat::of_extension(&verb.output).is_none() {
+        return None;
+    }
+    Some(convert(verb, as_json))
+}
+
+fn convert(verb: &Convert, as_json: bool) -> Result<Code> {
+    check_options(verb)?;
+    let format = MeshFormat::for_writing(&verb.output)?;
+    let output = Output::open(&verb.output, &format.kind(), verb.force)?;
+    let bytes = coefficients::load(&verb.input)?;
+    if series_format(&verb.input, &bytes, &verb.reading.options()).is_some() {
+        return Err(Error::Parameter(format!(
+            "{}: these are coefficients: `harmolux mesh` makes a mesh of them",
+            verb.input.display()
+        )));
+    }
+    drop(bytes);
+    let mesh = meshes::read(&verb.input)?;
+    let mesh = mesh.scaled(verb.reading.unit.map_or(1.0, UnitName::metres))?;
+    let bytes = meshes::encode(&mesh, format)?;
+    output.write(&bytes)?;
+    let [vertices, faces] = [mesh.positions().len(), mesh.triangles().len()];
+    if as_json {
+        say::data(
+            &json!({
+                "read": verb.input,
+                "written": verb.output,
+                "to": format.name(),
+                "vertices": vertices,
+                "faces": faces,
+                "bytes": bytes.len(),
+            })
+            .to_string(),
+        );
+    } else {
+        say::pairs(&[
+            ("read", verb.input.display().to_string()),
+            ("written", format!("{}, {}", verb.output.display(), format.name())),
+            ("faces", format!("{faces}, {vertices} vertices")),
+            ("size", say::bytes(bytes.len())),
+        ]);
+    }
+    Ok(Code::Done)
+}
+
+/// Refuses what has no meaning for a mesh.
+fn check_options(verb: &Convert) -> Result<()> {
+    let reading = &verb.reading;
+    let meant_for_coefficients = [
+        (reading.from.is_some(), "--from"),
+        (reading.habits.normalisation.is_some(), "--normalisation"),
+        (reading.row.is_some(), "--row"),
+        (verb.to_normalisation.is_some(), "--to-normalisation"),
+        (verb.to_csphase.is_some(), "--to-csphase"),
+        (verb.degree.is_some(), "--degree"),
+        (verb.tolerance.is_some(), "--tolerance"),
+    ];
+    match meant_for_coefficients.iter().find(|(given, _)| *given) {
+        Some((_, option)) => Err(Error::Parameter(format!(
+            "{}: this is the name of a mesh, and `{option}` is for coefficients: leave it out, or name another file",
+            verb.output.display()
+        ))),
+        None => Ok(()),
+    }
+}
