@@ -247,11 +247,11 @@ fn filters_damp_degrees_and_are_off_by_default() {
 }
 
 #[test]
-fn degrees_from_0_to_120_are_fitted() {
+fn degrees_from_0_to_300_are_fitted() {
     let desk = Desk::new();
     desk.put("cube.obj", &cube(1.0));
     let mut last = f64::INFINITY;
-    for degree in [0, 1, 95, 96, 120] {
+    for degree in [0, 1, 95, 96, 300] {
         let fit = desk.json(&format!("cube.obj -l {degree} -o a.txt"));
         let rms = number(&fit, "rms");
         assert!(

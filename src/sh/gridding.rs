@@ -75,7 +75,7 @@ impl Plan {
         let cells = |angle: f64| angle / (2.0 * PI) * self.around as f64;
         let theta = cells(w.x.hypot(w.y).atan2(w.z)) + MARGIN as f64;
         let phi = cells(w.y.atan2(w.x)) + self.around as f64;
-        let first = |x: f64| (x - 0.5 * WIDTH as f64).ceil();
+        let first = |x: f64| (x - REACH).ceil();
         let (row, column) = (first(theta), first(phi));
         ([row as usize, column as usize % self.around], [theta - row, phi - column])
     }
@@ -145,28 +145,34 @@ fn smooth_above(n: usize) -> usize {
 
 /// Gives int K(x) cos(2 pi k x / n) dx over the width of the kernel, in cells, for k = 0..=lmax.
 fn transform_of_kernel(lmax: usize, n: usize) -> Vec<f64> {
-    let reach = 0.5 * WIDTH as f64;
-    let rule = Rule::gauss_legendre(64).on(0.0, reach);
+    let rule = Rule::gauss_legendre(64).on(0.0, REACH);
     let at = |k: usize| {
         let turn = 2.0 * PI * k as f64 / n as f64;
-        2.0 * rule.integrate(|x| kernel(x / reach).0 * (turn * x).cos())
+        2.0 * rule.integrate(|x| kernel(x / REACH).1 * (turn * x).cos())
     };
     (0..=lmax).map(at).collect()
 }
 
-/// Gives the kernel at x in -1..1, and its derivative.
+/// Gives the root in the kernel and the kernel at x in -1..1.
 fn kernel(x: f64) -> (f64, f64) {
     let root = (1.0 - x * x).max(0.0).sqrt();
-    let value = (BETA * (root - 1.0)).exp();
-    (value, if root > 0.0 { -BETA * x / root * value } else { 0.0 })
+    (root, (BETA * (root - 1.0)).exp())
 }
 
+/// Half the width of the kernel.
+const REACH: f64 = 0.5 * WIDTH as f64;
+
 /// Evaluates the kernel at the points around a direction that is `offset` cells behind the first.
-fn kernels(offset: f64) -> [(f64, f64); WIDTH] {
-    let reach = 0.5 * WIDTH as f64;
+fn kernels(offset: f64) -> [f64; WIDTH] {
+    std::array::from_fn(|i| kernel((offset - i as f64) / REACH).1)
+}
+
+/// Does the same with the derivative, per cell.
+fn kernels_with_slopes(offset: f64) -> [(f64, f64); WIDTH] {
     std::array::from_fn(|i| {
-        let (value, slope) = kernel((offset - i as f64) / reach);
-        (value, slope / reach)
+        let x = (offset - i as f64) / REACH;
+        let (root, value) = kernel(x);
+        (value, if root > 0.0 { -BETA * x / (root * REACH) * value } else { 0.0 })
     })
 }
 
@@ -191,13 +197,13 @@ impl GridMoments {
         let n = self.plan.around;
         let ([row, column], offset) = self.plan.place(direction);
         let [of_rows, of_columns] = offset.map(kernels);
-        for (i, (k, _)) in of_rows.iter().enumerate() {
+        for (i, k) in of_rows.iter().enumerate() {
             let cells = &mut self.cells[(row + i) * n..(row + i + 1) * n];
             let k = k * weight;
             if let Some(cells) = cells.get_mut(column..column + WIDTH) {
-                cells.iter_mut().zip(&of_columns).for_each(|(cell, c)| *cell += k * c.0);
+                cells.iter_mut().zip(&of_columns).for_each(|(cell, c)| *cell += k * c);
             } else {
-                of_columns.iter().enumerate().for_each(|(j, c)| cells[(column + j) % n] += k * c.0);
+                of_columns.iter().enumerate().for_each(|(j, c)| cells[(column + j) % n] += k * c);
             }
         }
     }
@@ -267,7 +273,17 @@ impl GridSeries {
 
     /// Evaluates f at the unit vector `direction`.
     pub fn value(&self, direction: DVec3) -> f64 {
-        self.interpolate(direction).0
+        let n = self.plan.around;
+        let ([row, column], offset) = self.plan.place(direction);
+        let [of_rows, of_columns] = offset.map(kernels);
+        let along = |i: usize| -> f64 {
+            let cells = &self.cells[(row + i) * n..(row + i + 1) * n];
+            match cells.get(column..column + WIDTH) {
+                Some(cells) => cells.iter().zip(&of_columns).map(|(cell, c)| cell * c).sum(),
+                None => (0..WIDTH).map(|j| cells[(column + j) % n] * of_columns[j]).sum(),
+            }
+        };
+        of_rows.iter().enumerate().map(|(i, k)| k * along(i)).sum()
     }
 
     /// Evaluates f and its surface gradient at the unit vector `direction`.
@@ -289,7 +305,7 @@ impl GridSeries {
     fn interpolate(&self, direction: DVec3) -> (f64, f64, f64) {
         let n = self.plan.around;
         let ([row, column], offset) = self.plan.place(direction);
-        let [of_rows, of_columns] = offset.map(kernels);
+        let [of_rows, of_columns] = offset.map(kernels_with_slopes);
         let (mut f, mut f_theta, mut f_phi) = (0.0, 0.0, 0.0);
         for (i, (k, slope)) in of_rows.iter().enumerate() {
             let cells = &self.cells[(row + i) * n..(row + i + 1) * n];

@@ -13,8 +13,8 @@ use crate::sh::{Coefficients, GridSeries, Jet, Series, volume};
 /// The most points along each side of a face at which a radius is compared: enough for its mean square, whatever the degree.
 const MEASURED: usize = 6;
 
-/// The degree whose oscillations are followed over large faces; of higher ones the points are samples, a million or more over the sphere.
-const RESOLVED: usize = 200;
+/// The degree up to which normals and area follow every oscillation of the series over large faces, and what part of a higher degree they follow.
+const FOLLOWED: (usize, f64) = (200, 0.6);
 
 /// How many points fewer are enough for normals and area, along each side of a face, at least two.
 const FEWER: usize = 3;
@@ -123,7 +123,6 @@ struct Radii {
 
 impl Radii {
     fn of(radius: &RadialMesh, series: &Evaluator, lmax: usize) -> Self {
-        let lmax = lmax.min(RESOLVED);
         let points = |corners: &[DVec3; 3]| points_measured(corners, lmax);
         let task = |range: std::ops::Range<usize>| {
             let mut sums = Self::default();
@@ -177,7 +176,7 @@ impl Normals {
     }
 
     fn of(radius: &RadialMesh, series: &Evaluator, lmax: usize) -> Self {
-        let lmax = lmax.min(RESOLVED);
+        let lmax = lmax.min(FOLLOWED.0).max((FOLLOWED.1 * lmax as f64) as usize);
         let points = |corners: &[DVec3; 3]| match points_measured(corners, lmax) {
             few @ ..=FINEST => few.saturating_sub(FEWER).max(2),
             many => many,
