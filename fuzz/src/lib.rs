@@ -1,0 +1,115 @@
+//! What the fuzz targets share: one call for each reader, under a bound on the memory it may take.
+//!
+//! A reader may refuse what it is given, and must do nothing else: not panic, not run without end, not allocate more than a constant and a
+//! multiple of the number of bytes. Past that bound the allocator fails, which ends the process, which is a finding.
+
+use std::alloc::System;
+use std::path::Path;
+
+use cap::Cap;
+use harmolux::io::coefficients::{ReadOptions, SeriesFormat, Shape, binary, compact, parse};
+use harmolux::io::{meshes, scene_file::SceneFile};
+use harmolux::sh::Convention;
+
+#[global_allocator]
+static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
+
+/// What a reader may allocate whatever it reads, bytes: buffers, and tables that are built once.
+const CONSTANT: usize = 256 * 1024;
+
+/// What it may allocate more for each byte: the compact form has 64 coefficients in a byte at most, of 8 bytes each, in up to four places;
+/// the other readers stay below 200.
+const PER_BYTE: usize = 2048;
+const PER_BYTE_OF_OTHERS: usize = 256;
+
+/// Runs a reader with the memory that `per_byte` allows.
+fn bounded(data: &[u8], per_byte: usize, read: impl FnOnce(&[u8])) {
+    let bound = ALLOCATOR.allocated() + CONSTANT + per_byte * data.len();
+    ALLOCATOR.set_limit(bound).expect("a bound above what is allocated now");
+    read(data);
+    ALLOCATOR.set_limit(usize::MAX).expect("no bound");
+}
+
+/// Reads a mesh.
+pub fn mesh(name: &str, data: &[u8]) {
+    bounded(data, PER_BYTE_OF_OTHERS, |data| drop(meshes::parse(Path::new(name), data)));
+}
+
+/// Reads a coefficient file of a format, with a convention and without.
+pub fn series(format: SeriesFormat, data: &[u8]) {
+    for convention in [None, Some(Convention::default())] {
+        let options = ReadOptions { format: Some(format), convention, ..ReadOptions::default() };
+        bounded(data, PER_BYTE_OF_OTHERS, |data| {
+            if let Ok(shape) = parse(Path::new("shape"), data, &options) {
+                check(&shape);
+            }
+        });
+    }
+}
+
+/// Reads a binary file as it is and with its checksums put right, whole and cut; what is read whole is written as it was.
+pub fn binary(data: &[u8]) {
+    let path = Path::new("shape.hxb");
+    let mut sealed = data.to_vec();
+    seal_binary(&mut sealed);
+    for data in [data, &sealed] {
+        bounded(data, PER_BYTE_OF_OTHERS, |data| {
+            drop(binary::parse_truncated(path, data, 3));
+            if let Ok(shape) = binary::parse(path, data) {
+                check(&shape);
+                let again = binary::encode(&shape).expect("what was read can be written");
+                assert_eq!(binary::parse(path, &again).expect("and read"), shape);
+            }
+        });
+    }
+}
+
+/// Puts right the checksum of the header, and of each degree, of what may be a binary file.
+fn seal_binary(data: &mut [u8]) {
+    let Some(length) = data.get(52..54) else { return };
+    let mut end = 54 + usize::from(u16::from_le_bytes([length[0], length[1]]));
+    let mut seal = None;
+    for l in 0_u32.. {
+        let start = if seal.is_none() { 0 } else { end + 4 };
+        if seal.is_some() {
+            end = start + 8 * (2 * l as usize - 1);
+        }
+        if data.len() < end + 4 {
+            break;
+        }
+        let mut hasher = crc32fast::Hasher::new();
+        if let Some(seal) = seal {
+            hasher.update(&u32::to_le_bytes(seal));
+            hasher.update(&(l - 1).to_le_bytes());
+        }
+        hasher.update(&data[start..end]);
+        let check = hasher.finalize();
+        data[end..end + 4].copy_from_slice(&check.to_le_bytes());
+        seal = seal.or(Some(check));
+    }
+}
+
+/// Reads a compact file as it is and, since no chance finds a checksum, with its checksum put right.
+pub fn compact(data: &[u8]) {
+    let path = Path::new("shape.hxc");
+    let sealed = [data, &crc32fast::hash(data).to_le_bytes()].concat();
+    for data in [data, &sealed] {
+        bounded(data, PER_BYTE, |data| {
+            if let Ok(shape) = compact::parse(path, data) {
+                check(&shape);
+            }
+        });
+    }
+}
+
+/// Reads a scene.
+pub fn scene(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    bounded(data, PER_BYTE, |_| drop(SceneFile::parse(Path::new("scene.toml"), text, &[])));
+}
+
+/// Checks what every shape promises.
+fn check(shape: &Shape) {
+    let mut numbers = shape.coefficients.cosines().iter().chain(shape.coefficients.sines());
+    assert!(numbers.all(|x| x.is_finite()) && shape.centre.is_finite());
+}
