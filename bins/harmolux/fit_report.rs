@@ -33,7 +33,8 @@ pub(crate) fn print(verb: &Fit, fitted: &Fitted, elapsed: Duration, as_json: boo
     let projection = 1e3 * projection.as_secs_f64();
     let all = progress::duration(elapsed);
     pairs.push(("time", format!("{all} in all, projection {projection:.0} ms")));
-    pairs.push(("written", verb.output.display().to_string()));
+    let size = std::fs::metadata(&verb.output).map_or(0, |file| file.len() as usize);
+    pairs.push(("written", format!("{}, {}", verb.output.display(), say::bytes(size))));
     say::pairs(&pairs);
 }
 

@@ -106,6 +106,10 @@ fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
         ("bounds", format!("certainly within {} to {}", point(low), point(high))),
         ("volume", format!("{} m3", say::significant(volume, 7))),
     ];
+    if !(least > 0.0 && most.is_finite()) {
+        let text = "the radius is not certainly positive everywhere: this is no closed surface";
+        lines.push(("deficiency", text.to_owned()));
+    }
     if let Some(name) = &source {
         lines.push(("source", name.clone()));
     }

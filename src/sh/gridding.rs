@@ -176,7 +176,7 @@ fn kernels_with_slopes(offset: f64) -> [(f64, f64); WIDTH] {
     })
 }
 
-/// Adds up int f Q_l^m (cos m phi, sin m phi) d omega over scattered nodes, like [`Moments`], at a cost per node that does not grow with the degree.
+/// Adds up int f Q_l^m (cos m phi, sin m phi) d omega over scattered nodes, like [`super::Moments`], at a cost per node that does not grow with the degree.
 #[derive(Clone)]
 pub struct GridMoments {
     plan: Arc<Plan>,

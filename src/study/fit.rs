@@ -117,6 +117,7 @@ pub const fn series_bytes(lmax: usize) -> usize {
 pub fn fit(mesh: &Mesh, settings: &FitSettings) -> Result<Fit> {
     MeshReport::of(mesh).require_closed()?;
     let centre = choose_centre(mesh, settings)?;
+    check_reach(mesh, centre)?;
     let report = star::test(mesh, centre)?;
     let radius = match settings.not_star {
         Some(rule) if !report.is_star_shaped() => RadialMesh::folded(mesh, centre, rule.envelope)?,
@@ -146,6 +147,30 @@ pub fn fit(mesh: &Mesh, settings: &FitSettings) -> Result<Fit> {
         projection_time,
         mesh_size: [mesh.positions().len(), mesh.triangles().len()],
     })
+}
+
+/// How many times farther than the nearest vertex the farthest may be: beyond it the faces between them are nearly radial, and no series follows.
+const REACH: f64 = 1e6;
+
+/// Refuses a mesh with a vertex lost far off, or beyond what squares and cubes of lengths can hold.
+fn check_reach(mesh: &Mesh, centre: DVec3) -> Result<()> {
+    let distances = || {
+        mesh.triangles()
+            .iter()
+            .flatten()
+            .map(|&v| (v, mesh.positions()[v as usize].distance(centre)))
+    };
+    let far = distances().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
+    let near = distances().map(|d| d.1).fold(f64::INFINITY, f64::min);
+    // A distance that is not a number must fail, too.
+    if far.1 <= REACH * near && (1e-50..=1e50).contains(&far.1) {
+        return Ok(());
+    }
+    Err(Error::Geometry(format!(
+        "vertex {} (from 0) lies {:.3e} m from the centre {centre:.6}, the nearest {near:.3e} m: no radius spans that; mend or remove the vertex, or \
+         give another centre or unit",
+        far.0, far.1
+    )))
 }
 
 fn project(radius: &RadialMesh, settings: &FitSettings) -> Result<Coefficients> {
@@ -249,6 +274,17 @@ mod tests {
         let settings = FitSettings { centre: Some(DVec3::splat(3.0)), ..SETTINGS };
         let error = fit(&cube(DVec3::ZERO), &settings).expect_err("outside");
         assert!(error.to_string().contains("star-shaped about"), "{error}");
+    }
+
+    #[test]
+    fn a_vertex_lost_far_off_is_refused() {
+        for far in [1e8, 1e20, 1e110, 1e308] {
+            let mut positions = cube(DVec3::ZERO).positions().to_vec();
+            positions[7] = DVec3::splat(far);
+            let mesh = Mesh::new(positions, cube(DVec3::ZERO).triangles().to_vec()).expect("valid");
+            let error = fit(&mesh, &SETTINGS).expect_err("no radius").to_string();
+            assert!(error.contains("vertex 7") || error.contains("no face"), "{error}");
+        }
     }
 
     #[test]

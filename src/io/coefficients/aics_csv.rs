@@ -56,6 +56,7 @@ fn convention() -> Convention {
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let wrong = |message: String| InputError::new(path, message);
     agreed(path, "a table of aics-shparam is always", Some(convention()), options.convention)?;
+    super::rows::ended(path, bytes)?;
     let mut reader = csv::Reader::from_reader(bytes);
     let header = reader.headers().map_err(|e| broken(path, &e))?.clone();
     let columns = columns(&header).map_err(|message| wrong(message).at(1, None))?;

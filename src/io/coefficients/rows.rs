@@ -166,6 +166,18 @@ pub(super) fn digits(value: f64) -> String {
     format!("{mantissa}e{sign}{exponent:0>2}")
 }
 
+/// Asks for a table whose last line is ended: of one that is cut within a number nothing else would tell.
+pub(super) fn ended(path: &Path, bytes: &[u8]) -> Result<()> {
+    if bytes.is_empty() || bytes.ends_with(b"\n") {
+        return Ok(());
+    }
+    let line = bytes.split(|b| *b == b'\n').count();
+    Err(InputError::new(path, "the last line has no end: the file may be cut off within it")
+        .at(line, None)
+        .help("if it is whole, end it with a line break; else get it anew")
+        .into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -62,6 +62,7 @@ fn real(value: f64) -> String {
 /// in [`shtools_text::parse`](super::shtools_text::parse), another degree than the announced one.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let text = text(path, bytes)?;
+    super::rows::ended(path, bytes)?;
     let mut lines = lines(text);
     let (first, at) = lines.next().unwrap_or(("", 1));
     let header = Header::read(first).ok_or_else(|| {

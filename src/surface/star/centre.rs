@@ -14,7 +14,7 @@ use crate::{Error, Result};
 /// sees every face; the clearance is that of the centre given, and within 1e-6 of the size of the mesh of the best.
 ///
 /// # Errors
-/// As [`test()`]; [`Error::Numeric`] when the linear program fails.
+/// As [`super::test()`]; [`Error::Numeric`] when the linear program fails.
 pub fn best_centre(mesh: &Mesh) -> Result<(DVec3, f64)> {
     check_faces(mesh)?;
     let bounds = mesh.bounds();

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -209,11 +209,12 @@ fn decoded(source: &Source, index: usize, uri: &str) -> Result<Vec<u8>> {
     }
 }
 
-/// Gives the path of a buffer beside the file. Only relative names will do.
+/// Gives the path of a buffer beside the file. Only relative names that stay in its folder will do.
 fn beside(source: &Source, uri: &str) -> Result<PathBuf> {
     let name = percent_decoded(uri);
     let relative = Path::new(&name);
-    if name.contains(':') || relative.is_absolute() || relative.has_root() {
+    let climbs = relative.components().any(|c| c == Component::ParentDir);
+    if name.contains(':') || relative.is_absolute() || relative.has_root() || climbs {
         let message = format!("the buffer `{uri}` is not beside the file");
         return Err(
             source.fault(message, "put the buffer in the folder of the file, or export as .glb")
