@@ -95,7 +95,7 @@ fn check_radial(
         return Ok(());
     }
     let message = format!(
-        "this set of x, y and z is no radial shape: its points lie {:.2e} % of the radius from where their directions say (RMS)",
+        "this set of x, y and z is no radial shape: its points lie {:.2} % of the radius from where their directions say (RMS)",
         100.0 * part.residual / size
     );
     let help = "write its surface as a mesh (SPHARM-PDM makes a .vtk file of it) and fit that with `harmolux fit`";
