@@ -165,6 +165,7 @@ fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Resul
 fn intersector(spec: &ShSpec) -> Intersector {
     let default = StepBisection::default();
     match spec.intersector {
+        scene_file::Intersector::Patches => Intersector::Patches,
         scene_file::Intersector::Certified => Intersector::Certified,
         scene_file::Intersector::StepBisection => Intersector::StepBisection(StepBisection {
             step: spec.step.unwrap_or(default.step),

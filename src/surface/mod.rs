@@ -72,6 +72,13 @@ pub trait Surface: Send + Sync {
         }
     }
 
+    /// Marks in `blocked`, which has the length of `rays`, the rays that hit anything; a ray that is marked already is passed over.
+    fn mark_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
+        for (ray, blocked) in rays.iter().zip(blocked) {
+            *blocked = *blocked || self.blocked(ray);
+        }
+    }
+
     /// Sharpens a hit of this surface before it is shaded: exact point, exact normals. Shadow rays never need it.
     fn refine(&self, hit: &Hit) -> Hit {
         *hit

@@ -353,7 +353,9 @@ impl ShSpec {
         let given = settings.into_iter().find(|(_, value)| value.is_some());
         match given {
             Some((key, _)) if self.intersector != Intersector::StepBisection => {
-                let message = format!("`{key}` means nothing to the certified intersector");
+                let message = format!(
+                    "`{key}` means nothing to this intersector, which steps by its own bounds"
+                );
                 let help = format!("add `intersector = \"step-bisection\"`, or leave `{key}` out");
                 Err(entry.error(key, message, &help))
             }
@@ -366,8 +368,10 @@ impl ShSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Intersector {
-    /// Steps that provably skip no root.
+    /// Patches with certified error bounds.
     #[default]
+    Patches,
+    /// Steps on the series itself that provably skip no root.
     Certified,
     /// Equal steps, then bisection, as in the paper; can miss thin lobes.
     StepBisection,
