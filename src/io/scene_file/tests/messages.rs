@@ -201,7 +201,7 @@ pub(super) const BAD_SHAPES: &[Damage] = &[
     ("degree = 8.0\n", "",
         "28:1: missing key `degree` in [objects.\"the head\".sh]\n  help: add `degree = 32`"),
     ("\"step-bisection\"", "\"certified\"",
-        "33:8: `step` means nothing to the certified intersector\n  help: add `intersector = \"step-bisection\"`, or leave `step` out"),
+        "33:8: `step` means nothing to this intersector, which steps by its own bounds\n  help: add `intersector = \"step-bisection\"`, or leave `step` out"),
     ("\"step-bisection\"", "\"patches\"",
         "32:15: `intersector` in [objects.\"the head\".sh] cannot be `patches`\n  help: the words here are `certified` and `step-bisection`"),
     ("{ axis = [0, 0, 5], degrees = 90 }", "{ axis = [0, 0, 5] }",
