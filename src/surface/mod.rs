@@ -14,6 +14,7 @@ mod mesh_edges;
 mod mesh_repair;
 mod mesh_surface;
 mod nearest;
+mod patches;
 pub mod primitives;
 mod projection;
 mod radial;

@@ -2,7 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::radial::{Gap, RadialBody};
+use super::patches::{Crossing, Patches, Side, Stretch};
+use super::radial::{Chord, Gap, RadialBody};
 use super::step_bisection::StepBisection;
 use super::{AreaPoint, Hit, SampleArea, Surface, certified};
 use crate::math::{Aabb, Ray, sampling};
@@ -21,11 +22,19 @@ pub enum Intersector {
     StepBisection(StepBisection),
 }
 
+/// What answers rays: the patches, or a way of stepping on the series itself.
+#[derive(Debug, Clone)]
+enum Tracer {
+    Patches(Patches),
+    Certified,
+    StepBisection(StepBisection),
+}
+
 /// Answers rays against r = f(omega), f a series of positive radius.
 #[derive(Debug, Clone)]
 pub struct ShSurface {
     body: RadialBody,
-    intersector: Intersector,
+    tracer: Tracer,
     area: f64,
 }
 
@@ -44,13 +53,26 @@ impl ShSurface {
             ));
         }
         let body = RadialBody::new(coefficients)?;
+        let tracer = match intersector {
+            Intersector::Patches => Tracer::Patches(Patches::new(body.series(), body.bounds())?),
+            Intersector::Certified => Tracer::Certified,
+            Intersector::StepBisection(march) => Tracer::StepBisection(march),
+        };
         let area = area(&body);
-        Ok(Self { body, intersector, area })
+        Ok(Self { body, tracer, area })
     }
 
     /// Gives the body: its series and certified bounds.
     pub fn body(&self) -> &RadialBody {
         &self.body
+    }
+
+    /// Gives the bytes that the patches and their tree take in memory; 0 without patches.
+    pub fn patch_bytes(&self) -> usize {
+        match &self.tracer {
+            Tracer::Patches(patches) => patches.bytes(),
+            _ => 0,
+        }
     }
 
     /// Gives the point, normal and error bound at a direction from the centre.
@@ -60,12 +82,11 @@ impl ShSurface {
         self.describe(&ray, r, &self.body.gap(&ray, r))
     }
 
-    fn first_crossing(&self, ray: &Ray) -> Option<(f64, Gap)> {
-        match &self.intersector {
-            Intersector::Patches | Intersector::Certified => {
-                certified::first_crossing(&self.body, ray)
-            }
-            Intersector::StepBisection(march) => march.first_crossing(&self.body, ray),
+    /// Bounds how far what is traced can be from the series, metres.
+    fn traced_error(&self) -> f64 {
+        match &self.tracer {
+            Tracer::Patches(patches) => patches.error(),
+            _ => 0.0,
         }
     }
 
@@ -76,16 +97,96 @@ impl ShSurface {
             point: ray.at(distance),
             normal,
             shading_normal: normal,
-            error: gap.value.abs() + self.body.tolerance(),
+            error: gap.value.abs() + self.body.tolerance() + self.traced_error(),
             part: 0,
         }
+    }
+
+    fn certified_hit(&self, ray: &Ray) -> Option<Hit> {
+        let (t, gap) = certified::first_crossing(&self.body, ray)?;
+        Some(self.describe(ray, t, &gap))
+    }
+
+    /// Finds the first hit by patches. A ray that starts too near the surface for them to tell on which side is stepped along the series.
+    fn patch_hit(&self, patches: &Patches, ray: &Ray) -> Option<Hit> {
+        let chord = self.body.chord(ray)?;
+        let core = self.body.core(&chord);
+        let found = match self.side(patches, ray, &chord) {
+            None => return self.certified_hit(ray),
+            Some(Side::Outside) => {
+                // In the ball that fills the body the ray is inside: the crossing is before.
+                let end = core.map_or(chord.end, |(enter, _)| chord.end.min(enter));
+                patches.first_crossing(&stretch(ray, chord.start, end), Side::Outside)
+            }
+            Some(Side::Inside) => self.way_out(patches, ray, &chord, core),
+        };
+        found.map(|crossing| patch_described(ray, &crossing))
+    }
+
+    /// Follows a ray from inside: up to the ball that fills the body, over it, and on.
+    fn way_out(
+        &self,
+        patches: &Patches,
+        ray: &Ray,
+        chord: &Chord,
+        core: Option<(f64, f64)>,
+    ) -> Option<Crossing> {
+        let from = |start: f64, end: f64| {
+            (start < end)
+                .then(|| patches.first_crossing(&stretch(ray, start, end), Side::Inside))
+                .flatten()
+        };
+        match core {
+            Some((enter, leave)) => from(chord.start, chord.end.min(enter))
+                .or_else(|| from(chord.start.max(leave), chord.end)),
+            None => from(chord.start, chord.end),
+        }
+    }
+
+    /// Tells on which side of the surface the chord starts; `None` when the patches cannot tell.
+    fn side(&self, patches: &Patches, ray: &Ray, chord: &Chord) -> Option<Side> {
+        let start = ray.at(chord.start);
+        let radius = start.length();
+        if chord.start > ray.t_min || radius >= self.body.bounds().max {
+            Some(Side::Outside)
+        } else if radius < self.body.bounds().min {
+            Some(Side::Inside)
+        } else {
+            patches.side(start)
+        }
+    }
+}
+
+/// Takes the part of a ray between two distances.
+fn stretch(ray: &Ray, start: f64, end: f64) -> Stretch {
+    Stretch { start, from: ray.at(start), direction: ray.direction, length: end - start }
+}
+
+/// Describes a crossing of patches; the rounding of the point counts as error too.
+fn patch_described(ray: &Ray, crossing: &Crossing) -> Hit {
+    let normal = crossing.normal.normalize();
+    let distance = crossing.distance.clamp(ray.t_min, ray.t_max);
+    let rounding = 4.0 * f64::EPSILON * (ray.origin.length() + distance);
+    Hit {
+        distance,
+        point: ray.at(distance),
+        normal,
+        shading_normal: normal,
+        error: crossing.error + rounding,
+        part: 0,
     }
 }
 
 impl Surface for ShSurface {
     fn hit(&self, ray: &Ray) -> Option<Hit> {
-        let (t, gap) = self.first_crossing(ray)?;
-        Some(self.describe(ray, t, &gap))
+        match &self.tracer {
+            Tracer::Patches(patches) => self.patch_hit(patches, ray),
+            Tracer::Certified => self.certified_hit(ray),
+            Tracer::StepBisection(march) => {
+                let (t, gap) = march.first_crossing(&self.body, ray)?;
+                Some(self.describe(ray, t, &gap))
+            }
+        }
     }
 
     fn bounds(&self) -> Aabb {
@@ -93,17 +194,15 @@ impl Surface for ShSurface {
     }
 
     fn blocked(&self, ray: &Ray) -> bool {
-        match &self.intersector {
-            Intersector::Patches | Intersector::Certified => certified::crosses(&self.body, ray),
-            Intersector::StepBisection(march) => march.first_crossing(&self.body, ray).is_some(),
+        match &self.tracer {
+            Tracer::Patches(patches) => self.patch_hit(patches, ray).is_some(),
+            Tracer::Certified => certified::crosses(&self.body, ray),
+            Tracer::StepBisection(march) => march.first_crossing(&self.body, ray).is_some(),
         }
     }
 
-    /// Moves the point along its radius onto the exact series and takes the exact normal there, unless it is there already.
+    /// Moves the point along its radius onto the exact series and takes the exact normal there.
     fn refine(&self, hit: &Hit) -> Hit {
-        if hit.error <= 3.0 * self.body.tolerance() {
-            return *hit;
-        }
         let Some(direction) = hit.point.try_normalize() else { return *hit };
         Hit { distance: hit.distance, part: hit.part, ..self.at(direction) }
     }
