@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::patches::{Crossing, Patches, Side, Stretch};
-use super::radial::{Chord, Gap, RadialBody};
+use super::patches::{Answer, Patches};
+use super::radial::{Gap, RadialBody};
 use super::step_bisection::StepBisection;
 use super::{AreaPoint, Hit, SampleArea, Surface, certified};
 use crate::math::{Aabb, Ray, sampling};
@@ -106,81 +106,15 @@ impl ShSurface {
         let (t, gap) = certified::first_crossing(&self.body, ray)?;
         Some(self.describe(ray, t, &gap))
     }
-
-    /// Finds the first hit by patches. A ray that starts too near the surface for them to tell on which side is stepped along the series.
-    fn patch_hit(&self, patches: &Patches, ray: &Ray) -> Option<Hit> {
-        let chord = self.body.chord(ray)?;
-        let core = self.body.core(&chord);
-        let found = match self.side(patches, ray, &chord) {
-            None => return self.certified_hit(ray),
-            Some(Side::Outside) => {
-                // In the ball that fills the body the ray is inside: the crossing is before.
-                let end = core.map_or(chord.end, |(enter, _)| chord.end.min(enter));
-                patches.first_crossing(&stretch(ray, chord.start, end), Side::Outside)
-            }
-            Some(Side::Inside) => self.way_out(patches, ray, &chord, core),
-        };
-        found.map(|crossing| patch_described(ray, &crossing))
-    }
-
-    /// Follows a ray from inside: up to the ball that fills the body, over it, and on.
-    fn way_out(
-        &self,
-        patches: &Patches,
-        ray: &Ray,
-        chord: &Chord,
-        core: Option<(f64, f64)>,
-    ) -> Option<Crossing> {
-        let from = |start: f64, end: f64| {
-            (start < end)
-                .then(|| patches.first_crossing(&stretch(ray, start, end), Side::Inside))
-                .flatten()
-        };
-        match core {
-            Some((enter, leave)) => from(chord.start, chord.end.min(enter))
-                .or_else(|| from(chord.start.max(leave), chord.end)),
-            None => from(chord.start, chord.end),
-        }
-    }
-
-    /// Tells on which side of the surface the chord starts; `None` when the patches cannot tell.
-    fn side(&self, patches: &Patches, ray: &Ray, chord: &Chord) -> Option<Side> {
-        let start = ray.at(chord.start);
-        let radius = start.length();
-        if chord.start > ray.t_min || radius >= self.body.bounds().max {
-            Some(Side::Outside)
-        } else if radius < self.body.bounds().min {
-            Some(Side::Inside)
-        } else {
-            patches.side(start)
-        }
-    }
-}
-
-/// Takes the part of a ray between two distances.
-fn stretch(ray: &Ray, start: f64, end: f64) -> Stretch {
-    Stretch { start, from: ray.at(start), direction: ray.direction, length: end - start }
-}
-
-/// Describes a crossing of patches; the rounding of the point counts as error too.
-fn patch_described(ray: &Ray, crossing: &Crossing) -> Hit {
-    let normal = crossing.normal.normalize();
-    let distance = crossing.distance.clamp(ray.t_min, ray.t_max);
-    let rounding = 4.0 * f64::EPSILON * (ray.origin.length() + distance);
-    Hit {
-        distance,
-        point: ray.at(distance),
-        normal,
-        shading_normal: normal,
-        error: crossing.error + rounding,
-        part: 0,
-    }
 }
 
 impl Surface for ShSurface {
     fn hit(&self, ray: &Ray) -> Option<Hit> {
         match &self.tracer {
-            Tracer::Patches(patches) => self.patch_hit(patches, ray),
+            Tracer::Patches(patches) => match patches.hit(ray) {
+                Answer::Known(hit) => hit,
+                Answer::AskSeries => self.certified_hit(ray),
+            },
             Tracer::Certified => self.certified_hit(ray),
             Tracer::StepBisection(march) => {
                 let (t, gap) = march.first_crossing(&self.body, ray)?;
@@ -195,9 +129,30 @@ impl Surface for ShSurface {
 
     fn blocked(&self, ray: &Ray) -> bool {
         match &self.tracer {
-            Tracer::Patches(patches) => self.patch_hit(patches, ray).is_some(),
+            Tracer::Patches(patches) => match patches.blocked(ray) {
+                Answer::Known(blocked) => blocked,
+                Answer::AskSeries => certified::crosses(&self.body, ray),
+            },
             Tracer::Certified => certified::crosses(&self.body, ray),
             Tracer::StepBisection(march) => march.first_crossing(&self.body, ray).is_some(),
+        }
+    }
+
+    fn hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        let Tracer::Patches(patches) = &self.tracer else {
+            return rays.iter().zip(hits).for_each(|(ray, hit)| *hit = self.hit(ray));
+        };
+        for place in patches.hits(rays, hits) {
+            hits[place] = self.certified_hit(&rays[place]);
+        }
+    }
+
+    fn mark_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
+        let Tracer::Patches(patches) = &self.tracer else {
+            return rays.iter().zip(blocked).for_each(|(r, b)| *b = *b || self.blocked(r));
+        };
+        for place in patches.mark_blocked(rays, blocked) {
+            blocked[place] = certified::crosses(&self.body, &rays[place]);
         }
     }
 

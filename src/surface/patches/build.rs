@@ -145,7 +145,7 @@ fn assemble(board: Board, fitted: &[Fitted], bounds: &Bounds) -> Patches {
     }
     let patches: Vec<Patch> = fitted.iter().map(|f| f.patch).collect();
     let width = patches.iter().map(|p| p.width).fold(0.0, f32::max);
-    Patches { board, levels, patches, radius: bounds.max, width, level: fearless_simd::Level::new() }
+    Patches { board, levels, patches, radius: bounds.max, inner: bounds.min, width, level: fearless_simd::Level::new() }
 }
 
 /// Gathers the planes of the children of a node; `across` counts the children along one side of a face, `None` where they stand node by node.

@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use super::board::Cell;
+use super::patch::Tangent;
 
 /// The smallest slope that is told from none, so that no reciprocal is infinite.
 const SMALLEST_SLOPE: f64 = 1e-12;
@@ -35,6 +36,8 @@ pub(super) struct Line {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Local {
     origin: [f64; 2],
+    /// x and y per u and v.
+    scale: [f64; 2],
     /// The velocity (dx, dy).
     pub(super) by: [f64; 2],
     pub(super) enter: f64,
@@ -42,6 +45,10 @@ pub(super) struct Local {
 }
 
 impl Local {
+    /// Nowhere.
+    pub(super) const NONE: Self =
+        Self { origin: [0.0; 2], scale: [0.0; 2], by: [0.0; 2], enter: 0.0, leave: 0.0 };
+
     /// Gives (x, y) at tau.
     #[inline(always)]
     pub(super) fn at(&self, tau: f64) -> [f64; 2] {
@@ -117,18 +124,21 @@ impl Line {
         let [v0, v1] = ends(along, self.v, self.per_v);
         Local {
             origin: [(self.u - across.middle) * across.scale, (self.v - along.middle) * along.scale],
+            scale: [across.scale, along.scale],
             by: [self.du * across.scale, self.dv * along.scale],
             enter: u0.max(v0).max(0.0),
             leave: u1.min(v1).min(self.end),
         }
     }
 
-    /// Turns the gradient of the height by u and v at (u, v) into the outward normal in space, not of unit length.
+    /// Turns a tangent of a patch at tau into the outward normal in space, not of unit length.
     #[inline(always)]
-    pub(super) fn normal(&self, u: f64, v: f64, height: f64, by_u: f64, by_v: f64) -> DVec3 {
+    pub(super) fn normal(&self, tau: f64, local: &Local, tangent: &Tangent) -> DVec3 {
+        let (u, v) = (tau.mul_add(self.du, self.u), tau.mul_add(self.dv, self.v));
+        let (by_u, by_v) = (tangent.dx * local.scale[0], tangent.dy * local.scale[1]);
         // The gradient of |p0| - Z(p1/p0, p2/p0) with |p0| = Z, times Z and turned outward.
         let sign = if self.face.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let along = sign * (height + u * by_u + v * by_v);
+        let along = sign * (tangent.height + u * by_u + v * by_v);
         let (a, b) = (-sign * by_u, -sign * by_v);
         match self.face / 2 {
             0 => DVec3::new(along, a, b),

@@ -5,6 +5,7 @@
 //! found by steps that pass none (`patch`). From outside the surface is taken at its upper bound, from inside at its lower one: the root is
 //! at or before the true one, never after, and within the width of it.
 
+mod batch;
 mod board;
 mod build;
 mod certificate;
@@ -12,15 +13,20 @@ mod fit;
 mod line;
 mod node;
 mod patch;
+mod route;
 mod walk;
 
-use fearless_simd::{Level, dispatch};
-use glam::DVec3;
+use fearless_simd::{Level, Simd, dispatch};
 
+use self::batch::TOGETHER;
 use self::board::Board;
 use self::node::Node;
-use self::patch::Patch;
+use self::patch::{Patch, Tangent};
+use self::route::{Route, Stretch};
+use self::walk::Walk;
+use super::Hit;
 use crate::Result;
+use crate::math::Ray;
 use crate::sh::{Bounds, Series};
 
 /// Holds the patches of a body and the tree above them. Lengths inside are in largest radii.
@@ -31,8 +37,10 @@ pub(super) struct Patches {
     levels: Vec<Vec<Node>>,
     /// Sixteen patches of a node stand together.
     patches: Vec<Patch>,
-    /// The largest radius, metres.
+    /// The radius of the ball around the body, metres.
     radius: f64,
+    /// The radius of the ball that fills it, metres.
+    inner: f64,
     /// The largest width of a patch.
     width: f32,
     level: Level,
@@ -40,41 +48,28 @@ pub(super) struct Patches {
 
 /// On which side of the surface a ray starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
+enum Side {
     Outside,
     Inside,
+}
+
+/// What patches can say of a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Answer<T> {
+    Known(T),
+    /// The ray starts so near the surface that only the series can tell on which side.
+    AskSeries,
 }
 
 impl Side {
     /// Gives 1 outside and -1 inside: the sign of F on this side.
     #[inline(always)]
-    pub(super) fn sign(self) -> f64 {
+    fn sign(self) -> f64 {
         match self {
             Self::Outside => 1.0,
             Self::Inside => -1.0,
         }
     }
-}
-
-/// Where a ray crosses the patches.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Crossing {
-    /// The distance along the ray, metres.
-    pub(super) distance: f64,
-    /// The outward normal of the patch, not of unit length.
-    pub(super) normal: DVec3,
-    /// A bound on the radial distance to the surface, metres.
-    pub(super) error: f64,
-}
-
-/// A stretch of a ray, in metres, that never comes nearer to the centre than the ball that fills the body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Stretch {
-    /// Where on the ray the stretch starts.
-    pub(super) start: f64,
-    pub(super) from: DVec3,
-    pub(super) direction: DVec3,
-    pub(super) length: f64,
 }
 
 impl Patches {
@@ -86,9 +81,9 @@ impl Patches {
         build::build(series, bounds)
     }
 
-    /// Bounds how far a crossing can be from the surface along a radius, metres.
+    /// Bounds how far a hit can be from the surface along a radius, metres.
     pub(super) fn error(&self) -> f64 {
-        self.radius * (f64::from(self.width) + walk::TOLERANCE)
+        self.radius * (f64::from(self.width) + patch::TOLERANCE)
     }
 
     /// Gives the bytes that patches and tree take.
@@ -97,18 +92,168 @@ impl Patches {
         nodes + size_of_val(&self.patches[..]) + self.board.bytes()
     }
 
-    /// Tells on which side of the surface a point between the balls is; `None` when it is too near to say.
-    pub(super) fn side(&self, point: DVec3) -> Option<Side> {
-        dispatch!(self.level, simd => self.side_simd(simd, point / self.radius))
+    /// Finds the first hit of a ray.
+    pub(super) fn hit(&self, ray: &Ray) -> Answer<Option<Hit>> {
+        dispatch!(self.level, simd => {
+            let route = self.route(simd, ray);
+            self.follow(simd, ray, &route)
+        })
     }
 
-    /// Finds the first crossing of a stretch that starts on the given side.
-    pub(super) fn first_crossing(&self, stretch: &Stretch, side: Side) -> Option<Crossing> {
-        dispatch!(self.level, simd => self.first_crossing_simd(simd, stretch, side))
+    /// Tells whether a ray hits anything.
+    pub(super) fn blocked(&self, ray: &Ray) -> Answer<bool> {
+        dispatch!(self.level, simd => {
+            let route = self.route(simd, ray);
+            self.obstructed(simd, &route)
+        })
     }
 
-    /// Tells whether a stretch crosses the surface.
-    pub(super) fn crosses(&self, stretch: &Stretch, side: Side) -> bool {
-        dispatch!(self.level, simd => self.crosses_simd(simd, stretch, side))
+    /// Finds the first hits of many rays; gives the places of those that only the series can answer.
+    pub(super) fn hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Vec<usize> {
+        dispatch!(self.level, simd => self.hits_simd(simd, rays, hits))
+    }
+
+    /// Marks the rays that hit anything, passing over those marked already; gives the places of those that only the series can answer.
+    pub(super) fn mark_blocked(&self, rays: &[Ray], blocked: &mut [bool]) -> Vec<usize> {
+        dispatch!(self.level, simd => self.mark_blocked_simd(simd, rays, blocked))
+    }
+
+    #[inline(always)]
+    fn follow<S: Simd>(&self, simd: S, ray: &Ray, route: &Route) -> Answer<Option<Hit>> {
+        Answer::Known(match route {
+            Route::Nowhere => None,
+            Route::Series => return Answer::AskSeries,
+            Route::Outside { stretch, .. } => self.first_on(simd, ray, stretch),
+            Route::Inside([one, two]) => match self.first_on(simd, ray, one) {
+                None => self.first_on(simd, ray, two),
+                found => found,
+            },
+        })
+    }
+
+    #[inline(always)]
+    fn first_on<S: Simd>(&self, simd: S, ray: &Ray, stretch: &Stretch) -> Option<Hit> {
+        let (walk, tangent) = self.trace::<_, false>(simd, stretch)?;
+        Some(self.describe(ray, stretch, &walk, &tangent))
+    }
+
+    #[inline(always)]
+    fn obstructed<S: Simd>(&self, simd: S, route: &Route) -> Answer<bool> {
+        Answer::Known(match route {
+            Route::Nowhere => false,
+            Route::Series => return Answer::AskSeries,
+            Route::Outside { enters: true, .. } => true,
+            Route::Outside { stretch, .. } => self.trace::<_, true>(simd, stretch).is_some(),
+            Route::Inside([one, two]) => {
+                self.trace::<_, true>(simd, one).is_some() || self.trace::<_, true>(simd, two).is_some()
+            }
+        })
+    }
+
+    #[inline(always)]
+    fn hits_simd<S: Simd>(&self, simd: S, rays: &[Ray], hits: &mut [Option<Hit>]) -> Vec<usize> {
+        let mut unanswered = Vec::new();
+        let mut group = Group::EMPTY;
+        for (place, ray) in rays.iter().enumerate() {
+            hits[place] = None;
+            match self.route(simd, ray) {
+                Route::Nowhere => {}
+                Route::Outside { stretch, .. } => group.add(place, stretch),
+                route => match self.follow(simd, ray, &route) {
+                    Answer::Known(known) => hits[place] = known,
+                    Answer::AskSeries => unanswered.push(place),
+                },
+            }
+            if group.is_full() || place + 1 == rays.len() {
+                self.trace_together::<_, false>(
+                    simd,
+                    group.stretches(),
+                    #[inline(always)]
+                    |i, walk, tangent| {
+                        let (place, stretch) = (group.places[i], &group.stretches[i]);
+                        hits[place] = Some(self.describe(&rays[place], stretch, walk, tangent));
+                    },
+                );
+                group.count = 0;
+            }
+        }
+        unanswered
+    }
+
+    #[inline(always)]
+    fn mark_blocked_simd<S: Simd>(
+        &self,
+        simd: S,
+        rays: &[Ray],
+        blocked: &mut [bool],
+    ) -> Vec<usize> {
+        let mut unanswered = Vec::new();
+        let mut group = Group::EMPTY;
+        for (place, ray) in rays.iter().enumerate() {
+            if !blocked[place] {
+                match self.route(simd, ray) {
+                    Route::Nowhere => {}
+                    Route::Outside { stretch, enters: false } => group.add(place, stretch),
+                    route => match self.obstructed(simd, &route) {
+                        Answer::Known(known) => blocked[place] = known,
+                        Answer::AskSeries => unanswered.push(place),
+                    },
+                }
+            }
+            if group.is_full() || place + 1 == rays.len() {
+                self.trace_together::<_, true>(
+                    simd,
+                    group.stretches(),
+                    #[inline(always)]
+                    |i, _, _| blocked[group.places[i]] = true,
+                );
+                group.count = 0;
+            }
+        }
+        unanswered
+    }
+
+    /// Describes a crossing; the rounding of the point counts as error too.
+    #[inline(always)]
+    fn describe(&self, ray: &Ray, stretch: &Stretch, walk: &Walk, tangent: &Tangent) -> Hit {
+        let normal = walk.normal(tangent).normalize();
+        let distance = stretch.start + walk.progress(stretch.length) * self.radius;
+        let distance = distance.max(ray.t_min).min(ray.t_max);
+        let rounding = 4.0 * f64::EPSILON * (ray.origin.abs().element_sum() + distance.abs());
+        Hit {
+            distance,
+            point: ray.at(distance),
+            normal,
+            shading_normal: normal,
+            error: self.error() + rounding,
+            part: 0,
+        }
+    }
+}
+
+/// Stretches that are traced together, and the places of their rays in the batch.
+struct Group {
+    places: [usize; TOGETHER],
+    stretches: [Stretch; TOGETHER],
+    count: usize,
+}
+
+impl Group {
+    const EMPTY: Self =
+        Self { places: [0; TOGETHER], stretches: [Stretch::NONE; TOGETHER], count: 0 };
+
+    #[inline(always)]
+    fn add(&mut self, place: usize, stretch: Stretch) {
+        self.places[self.count % TOGETHER] = place;
+        self.stretches[self.count % TOGETHER] = stretch;
+        self.count += 1;
+    }
+
+    fn is_full(&self) -> bool {
+        self.count == TOGETHER
+    }
+
+    fn stretches(&self) -> &[Stretch] {
+        &self.stretches[..self.count.min(TOGETHER)]
     }
 }

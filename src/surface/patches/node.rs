@@ -19,28 +19,50 @@ pub(super) struct Node {
 
 /// A line as nodes see it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Probe<S: Simd> {
-    u: f32x16<S>,
-    v: f32x16<S>,
-    du: f32x16<S>,
-    dv: f32x16<S>,
-    per_u: f32x16<S>,
-    per_v: f32x16<S>,
+pub(super) struct Probe {
+    u: f32,
+    v: f32,
+    du: f32,
+    dv: f32,
+    per_u: f32,
+    per_v: f32,
     /// w and its slope, the signs turned for a line inside.
-    w: f32x16<S>,
-    dw: f32x16<S>,
-    end: f32x16<S>,
-    /// Which ends of the spans are met first.
-    near: [usize; 2],
-    /// What turns the number of a child into the order in which it is met.
-    flip: usize,
+    w: f32,
+    dw: f32,
+    end: f32,
     side: Side,
+    /// Which ends of the spans are met first.
+    near: [u8; 2],
+}
+
+/// What a node says of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Meeting {
+    /// The children over which the line may meet the surface, a bit for each; bit k is child k ^ [`Probe::flip`], and the lowest is met first.
+    pub(super) children: u16,
+    /// Whether it certainly does so over one of them.
+    pub(super) certain: bool,
 }
 
 impl Node {
     /// A node without planes.
     pub(super) const EMPTY: Self =
         Self { low: [0.0; 16], thickness: [0.0; 16], by_u: [0.0; 16], by_v: [0.0; 16] };
+
+    /// Tells on which side of the surface a line starts, over a child, if the planes can.
+    #[inline(always)]
+    pub(super) fn side(&self, lane: usize, line: &Line) -> Option<Side> {
+        let [low, thickness, by_u, by_v] =
+            [self.low, self.thickness, self.by_u, self.by_v].map(|lanes| f64::from(lanes[lane]));
+        let above = line.w - low - by_u * line.u - by_v * line.v;
+        if above < 0.0 {
+            Some(Side::Outside)
+        } else if above > thickness {
+            Some(Side::Inside)
+        } else {
+            None
+        }
+    }
 
     /// Gives the first tau from `enter` on at which the line meets the plane of a child on the line's side; there it is before the surface still.
     #[inline(always)]
@@ -58,54 +80,42 @@ impl Node {
     }
 }
 
-/// Children that a line may meet, in the order in which it meets them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Met(u32);
-
-impl Met {
-    /// Takes the next child's lane, turned by the probe's flip.
+impl Probe {
     #[inline(always)]
-    pub(super) fn next(&mut self, flip: usize) -> Option<usize> {
-        if self.0 == 0 {
-            return None;
-        }
-        let lane = self.0.trailing_zeros() as usize ^ flip;
-        self.0 &= self.0 - 1;
-        Some(lane)
-    }
-}
-
-impl<S: Simd> Probe<S> {
-    #[inline(always)]
-    pub(super) fn new(simd: S, line: &Line, side: Side) -> Self {
-        let splat = |x: f64| f32x16::splat(simd, x as f32);
-        let near = [usize::from(line.du < 0.0), usize::from(line.dv < 0.0)];
+    pub(super) fn new(line: &Line, side: Side) -> Self {
+        let sign = side.sign();
         Self {
-            u: splat(line.u),
-            v: splat(line.v),
-            du: splat(line.du),
-            dv: splat(line.dv),
-            per_u: splat(line.per_u),
-            per_v: splat(line.per_v),
-            w: splat(side.sign() * line.w),
-            dw: splat(side.sign() * line.dw),
-            end: splat(line.end * (1.0 + 1e-6) + 1e-6),
-            near,
-            flip: 3 * near[0] + 12 * near[1],
+            u: line.u as f32,
+            v: line.v as f32,
+            du: line.du as f32,
+            dv: line.dv as f32,
+            per_u: line.per_u as f32,
+            per_v: line.per_v as f32,
+            w: (sign * line.w) as f32,
+            dw: (sign * line.dw) as f32,
+            end: (line.end * (1.0 + 1e-6) + 1e-6) as f32,
             side,
+            near: [u8::from(line.du < 0.0), u8::from(line.dv < 0.0)],
         }
     }
 
+    /// Gives what turns the number of a child into the order in which it is met.
     #[inline(always)]
     pub(super) fn flip(&self) -> usize {
-        self.flip
+        usize::from(3 * self.near[0] + 12 * self.near[1])
     }
 
-    /// Finds the children of a node over which the line may meet the surface, and tells whether it certainly does so over one of them.
+    /// Compares the line with all children of a node.
     #[inline(always)]
-    pub(super) fn meet(&self, simd: S, node: &Node, across: &Spans, along: &Spans) -> (Met, bool) {
+    pub(super) fn meet<S: Simd>(
+        &self,
+        simd: S,
+        node: &Node,
+        across: &Spans,
+        along: &Spans,
+    ) -> Meeting {
         let load = |lanes: &[f32; 16]| f32x16::simd_from(simd, *lanes);
-        let [nu, nv] = self.near;
+        let [nu, nv] = self.near.map(usize::from);
         let enter_u = (load(&across.across[nu]) - self.u) * self.per_u;
         let enter_v = (load(&along.along[nv]) - self.v) * self.per_v;
         let leave_u = (load(&across.across[1 - nu]) - self.u) * self.per_u;
@@ -114,23 +124,25 @@ impl<S: Simd> Probe<S> {
         let leave = leave_u.min(leave_v).min(self.end);
         let (by_u, by_v) = (load(&node.by_u), load(&node.by_v));
         let (low, thickness) = (load(&node.low), load(&node.thickness));
-        let plane = by_u.mul_add(self.u, by_v.mul_add(self.v, low));
-        let slope = by_u.mul_add(self.du, by_v * self.dv);
+        let splat = |x: f32| f32x16::splat(simd, x);
+        let plane = by_u.mul_add(splat(self.u), by_v.mul_add(splat(self.v), low));
+        let slope = by_u.mul_add(splat(self.du), by_v * self.dv);
         let (above, rise) = match self.side {
-            Side::Outside => (self.w - plane, self.dw - slope),
-            Side::Inside => (self.w + plane + thickness, self.dw + slope),
+            Side::Outside => (splat(self.w) - plane, splat(self.dw) - slope),
+            Side::Inside => (splat(self.w) + plane + thickness, splat(self.dw) + slope),
         };
         let highest = enter.mul_add(rise, above).max(leave.mul_add(rise, above));
         let crossed = enter.simd_le(leave);
         let met = crossed & highest.simd_ge(0.0);
         let through = crossed & highest.simd_gt(thickness);
-        (Met(in_order(met.to_bitmask() as u32, self.near)), through.any_true())
+        let children = in_order(met.to_bitmask() as u32, self.near) as u16;
+        Meeting { children, certain: through.any_true() }
     }
 }
 
 /// Turns a mask of children so that the first that a line meets is its lowest bit: along a line they never go back.
 #[inline(always)]
-fn in_order(bits: u32, near: [usize; 2]) -> u32 {
+fn in_order(bits: u32, near: [u8; 2]) -> u32 {
     let within = (bits & 0x1111) << 3 | (bits & 0x2222) << 1 | bits >> 1 & 0x2222 | bits >> 3 & 0x1111;
     let bits = if near[0] == 1 { within } else { bits };
     let between = bits << 12 & 0xF000 | bits << 4 & 0x0F00 | bits >> 4 & 0x00F0 | bits >> 12;
@@ -144,17 +156,10 @@ mod tests {
     #[test]
     fn children_come_in_the_order_of_the_line() {
         for near in [[0, 0], [1, 0], [0, 1], [1, 1]] {
-            let flip = 3 * near[0] + 12 * near[1];
+            let flip = u32::from(3 * near[0] + 12 * near[1]);
             for bits in [0x8421_u32, 0x1248, 0xFFFF, 0x00F3, 0] {
-                let mut met = Met(in_order(bits, near));
-                let mut seen = 0;
-                let mut last = None;
-                while let Some(lane) = met.next(flip) {
-                    assert!(last.is_none_or(|l| l < lane ^ flip));
-                    last = Some(lane ^ flip);
-                    seen |= 1 << lane;
-                }
-                assert_eq!(seen, bits);
+                let ordered = in_order(bits, near);
+                assert!((0..16).all(|k| ordered >> k & 1 == bits >> (k ^ flip) & 1));
             }
         }
     }

@@ -28,6 +28,32 @@ pub(super) struct Patch {
     pub(super) curvature: f32,
 }
 
+/// Where the search for a root on a patch stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Search {
+    pub(super) tau: f64,
+    pub(super) local: Local,
+    /// Bounds |F''|.
+    bend: f64,
+    steps: u32,
+}
+
+impl Search {
+    /// No search.
+    pub(super) const NONE: Self = Self { tau: 0.0, local: Local::NONE, bend: 0.0, steps: 0 };
+}
+
+/// What a step of a search found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Step {
+    /// Nothing yet.
+    On,
+    /// The root is where the search stands; the tangent is of there or of a small step before.
+    Root(Tangent),
+    /// There is no root on this patch.
+    Past,
+}
+
 /// Height and gradient at a point of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Tangent {
@@ -36,8 +62,16 @@ pub(super) struct Tangent {
     pub(super) dy: f64,
 }
 
+impl Tangent {
+    /// Stands where nobody asks for the tangent.
+    pub(super) const UNKNOWN: Self = Self { height: f64::NAN, dx: f64::NAN, dy: f64::NAN };
+}
+
 /// Steps that a root may take; twenty are the most that were seen, grazing included.
-const STEPS: usize = 200;
+const STEPS: u32 = 200;
+
+/// The largest F that counts as a root, in largest radii: F times the distance from the centre is the radial distance.
+pub(super) const TOLERANCE: f64 = 1e-7;
 
 const fn pattern(bit: usize, set: f32, clear: f32) -> [f32; 16] {
     let mut lanes = [clear; 16];
@@ -103,44 +137,47 @@ impl Patch {
         Tangent { height: self.base + height, dx, dy: sum(dy) }
     }
 
-    /// Finds the first tau in the stretch of the line over this patch at which F is at most `tolerance`, and the tangent there or a step before.
+    /// Prepares the search for the first root in the stretch of the line over this patch.
     #[inline(always)]
-    pub(super) fn first_root<S: Simd>(
+    pub(super) fn search(&self, line: &Line, local: Local) -> Search {
+        Search { tau: local.enter, bend: self.bend(line, &local), local, steps: 0 }
+    }
+
+    /// Looks at F where the search stands, and moves on as far as there is certainly no root.
+    #[inline(always)]
+    pub(super) fn step<S: Simd>(
         &self,
         simd: S,
         line: &Line,
-        local: &Local,
         side: Side,
-        tolerance: f64,
-    ) -> Option<(f64, Tangent)> {
+        search: &mut Search,
+    ) -> Step {
+        let Search { tau, bend, local, .. } = *search;
         let sign = side.sign();
+        let [x, y] = local.at(tau);
+        let tangent = self.tangent(simd, x, y);
         let lower = if side == Side::Inside { f64::from(self.width) } else { 0.0 };
-        let k = self.bend(line, local);
-        let mut tau = local.enter;
-        let mut steps = 0;
-        loop {
-            let [x, y] = local.at(tau);
-            let tangent = self.tangent(simd, x, y);
-            let height = tangent.height - lower;
-            let slope = tangent.dx * local.by[0] + tangent.dy * local.by[1];
-            let w = line.w_at(tau);
-            let value = sign * (1.0 - w * height);
-            if value <= tolerance {
-                return Some((tau, tangent));
-            }
-            let change = -sign * (line.dw * height + w * slope);
-            let root = (change * change + 2.0 * k * value).sqrt();
-            let step = if change < 0.0 { 2.0 * value / (root - change) } else { (change + root) / k };
-            tau += step;
-            if !(tau <= local.leave) {
-                return None;
-            }
-            // F at the end of a step down is at most K step^2: no need to look where that is nothing.
-            steps += 1;
-            if (change < 0.0 && k * step * step <= tolerance) || steps == STEPS {
-                return Some((tau, tangent));
-            }
+        let height = tangent.height - lower;
+        let slope = tangent.dx.mul_add(local.by[0], tangent.dy * local.by[1]);
+        let w = line.w_at(tau);
+        let value = sign * (1.0 - w * height);
+        let change = -sign * (line.dw * height + w * slope);
+        let root = change.mul_add(change, 2.0 * bend * value.max(0.0)).sqrt();
+        let falling = change < 0.0;
+        // One division for both forms of the step.
+        let (over, under) = if falling { (2.0 * value, root - change) } else { (change + root, bend) };
+        let step = over / under;
+        search.steps += 1;
+        // F at the end of a step down is at most K step^2: no need to look where that is nothing.
+        let near = falling && bend * step * step <= TOLERANCE || search.steps == STEPS;
+        if value <= TOLERANCE {
+            return Step::Root(tangent);
         }
+        search.tau = tau + step;
+        if !(search.tau <= local.leave) {
+            return Step::Past;
+        }
+        if near { Step::Root(tangent) } else { Step::On }
     }
 
     /// Bounds |F''| along the line in this patch.

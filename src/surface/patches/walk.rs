@@ -1,96 +1,146 @@
 //! The walk of a ray: face after face, in each down the tree to the patches it may meet, in the order in which it meets them.
+//!
+//! `Walk` is the state of one ray and `Move` what it does next. `trace` makes the moves of one ray one after the other, `batch` those of
+//! many side by side: the same moves with the same arithmetic.
 
 use fearless_simd::Simd;
 use glam::DVec3;
 
 use super::board::FAN;
-use super::line::{Line, Local, face_of};
-use super::node::{Met, Node, Probe};
-use super::patch::{Patch, Tangent};
-use super::{Crossing, Patches, Side, Stretch};
+use super::line::{Line, face_of};
+use super::node::{Node, Probe};
+use super::patch::{Search, Step, TOLERANCE, Tangent};
+use super::route::Stretch;
+use super::{Patches, Side};
 
-/// The largest F that counts as a root, in largest radii: F times the radius is the radial distance.
-pub(super) const TOLERANCE: f64 = 1e-7;
+/// Faces that a line can cross: it meets each of the six planes between them once.
+const FACES: u32 = 8;
 
-/// Levels that a tree can have: 4^4 is the largest side.
-const LEVELS: usize = 4;
-
-/// Faces that a line can cross: a straight line meets each of the six planes between them once.
-const FACES: usize = 8;
-
-/// A walk down the tree of one face.
-struct Descent {
-    level: usize,
-    top: usize,
-    met: [Met; LEVELS],
-    row: [usize; LEVELS],
-    column: [usize; LEVELS],
+/// One ray on its way.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Walk {
+    line: Line,
+    probe: Probe,
+    side: Side,
+    /// Where the line starts, and what is left of the ray from there, in largest radii.
+    at: DVec3,
+    left: f64,
+    direction: DVec3,
+    faces: u32,
+    /// The node where the walk is; its parents' numbers are those without the last two bits.
+    level: u32,
+    row: u32,
+    column: u32,
+    /// Sixteen bits for each level: the children of the nodes above that are still to be visited.
+    waiting: u64,
+    /// The patch under search, and how far it is searched.
+    patch: u32,
+    search: Search,
 }
 
-/// A patch that a line may meet, and where.
-pub(super) struct Candidate<'a> {
-    pub(super) patch: &'a Patch,
-    pub(super) local: Local,
-    across: usize,
-    along: usize,
-}
-
-/// What the visitor of candidates wants.
-enum Verdict<T> {
-    On,
-    Found(T),
+/// What a ray does next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Move {
+    /// It looks into a node.
+    Open,
+    /// It searches a patch.
+    Search,
+    /// It crosses to the next face.
+    Face,
 }
 
 impl Patches {
+    /// Follows one stretch to its first crossing: the walk there and the tangent. With `ANY` any crossing will do.
     #[inline(always)]
-    pub(super) fn first_crossing_simd<S: Simd>(
+    pub(super) fn trace<S: Simd, const ANY: bool>(
         &self,
         simd: S,
         stretch: &Stretch,
-        side: Side,
-    ) -> Option<Crossing> {
-        let per = 1.0 / self.radius;
-        let (mut p, mut left) = (stretch.from * per, stretch.length * per);
-        let mut face = face_of(p);
-        for _ in 0..FACES {
-            let line = Line::new(face, p, stretch.direction, left);
-            let found = self.each_candidate(
-                simd,
-                &line,
-                side,
-                #[inline(always)]
-                |c| match c.patch.first_root(simd, &line, &c.local, side, TOLERANCE) {
-                    None => Verdict::On,
-                    Some((tau, tangent)) => Verdict::Found(self.describe(&line, &c, tau, &tangent)),
-                },
-            );
-            if let Verdict::Found(crossing) = found {
-                let before = stretch.start + (stretch.length - left * self.radius);
-                return Some(Crossing { distance: crossing.distance + before, ..crossing });
+    ) -> Option<(Walk, Tangent)> {
+        let mut walk = Walk::new(self, stretch);
+        loop {
+            if self.open(simd, &mut walk) && ANY {
+                return Some((walk, Tangent::UNKNOWN));
             }
-            face = line.next_face()?;
-            let step = line.distance(line.end);
-            p += step * stretch.direction;
-            left -= step;
+            let mut next = self.turn(&mut walk);
+            while next == Move::Search {
+                next = match self.step(simd, &mut walk) {
+                    Step::On => Move::Search,
+                    Step::Root(tangent) => return Some((walk, tangent)),
+                    Step::Past => self.turn(&mut walk),
+                }
+            }
+            if next == Move::Face && !walk.next_face(self) {
+                return None;
+            }
         }
-        None
     }
 
+    /// Makes the move [`Move::Open`]; tells whether the line certainly crosses the surface there.
     #[inline(always)]
-    pub(super) fn crosses_simd<S: Simd>(&self, simd: S, stretch: &Stretch, side: Side) -> bool {
-        self.first_crossing_simd(simd, stretch, side).is_some()
+    pub(super) fn open<S: Simd>(&self, simd: S, walk: &mut Walk) -> bool {
+        let level = walk.level as usize;
+        let across = self.board.span(level, walk.column as usize);
+        let along = self.board.span(level, walk.row as usize);
+        let meeting = walk.probe.meet(simd, self.node(walk), across, along);
+        walk.waiting |= u64::from(meeting.children) << (16 * level);
+        meeting.certain
     }
 
+    /// Makes the move [`Move::Search`] by one step.
     #[inline(always)]
-    pub(super) fn side_simd<S: Simd>(&self, simd: S, p: DVec3) -> Option<Side> {
+    pub(super) fn step<S: Simd>(&self, simd: S, walk: &mut Walk) -> Step {
+        self.patches[walk.patch as usize].step(simd, &walk.line, walk.side, &mut walk.search)
+    }
+
+    /// Finds the next move after a node has been opened or a patch searched in vain.
+    #[inline(always)]
+    pub(super) fn turn(&self, walk: &mut Walk) -> Move {
+        loop {
+            let shift = 16 * walk.level;
+            let waiting = walk.waiting >> shift;
+            if waiting & 0xFFFF == 0 {
+                walk.level += 1;
+                (walk.row, walk.column) = (walk.row / FAN as u32, walk.column / FAN as u32);
+                if walk.level as usize == self.levels.len() {
+                    return Move::Face;
+                }
+                continue;
+            }
+            let next = waiting.trailing_zeros();
+            walk.waiting &= !(1 << (shift + next));
+            let lane = next as usize ^ walk.probe.flip();
+            let row = walk.row as usize * FAN + lane / FAN;
+            let column = walk.column as usize * FAN + lane % FAN;
+            if walk.level > 0 {
+                walk.level -= 1;
+                (walk.row, walk.column) = (row as u32, column as u32);
+                return Move::Open;
+            }
+            let mut local = walk.line.over(self.board.cell(column), self.board.cell(row));
+            local.enter = self.node(walk).reach(lane, &walk.line, walk.side, local.enter);
+            if local.enter <= local.leave {
+                let patch = self.patch_index(walk.line.face, row, column);
+                walk.patch = patch as u32;
+                walk.search = self.patches[patch].search(&walk.line, local);
+                return Move::Search;
+            }
+        }
+    }
+
+    /// Tells on which side of the surface a point is, in largest radii; `None` when it is too near to say.
+    #[inline(always)]
+    pub(super) fn side<S: Simd>(&self, simd: S, p: DVec3) -> Option<Side> {
         let line = Line::new(face_of(p), p, DVec3::ZERO, 0.0);
-        let column = self.board.place(line.u);
-        let row = self.board.place(line.v);
-        let patch = self.patch(line.face, row, column);
-        let local = line.over(self.board.cell(column), self.board.cell(row));
-        let [x, y] = local.at(0.0);
-        let height = patch.tangent(simd, x, y).height;
-        let gap = 1.0 - line.w * height;
+        let (row, column) = (self.board.place(line.v), self.board.place(line.u));
+        let index = self.patch_index(line.face, row, column);
+        let node = &self.levels[0][index / (FAN * FAN)];
+        if let Some(side) = node.side(index % (FAN * FAN), &line) {
+            return Some(side);
+        }
+        let patch = &self.patches[index];
+        let [x, y] = line.over(self.board.cell(column), self.board.cell(row)).at(0.0);
+        let gap = 1.0 - line.w * patch.tangent(simd, x, y).height;
         if gap > TOLERANCE {
             Some(Side::Outside)
         } else if gap + line.w * f64::from(patch.width) < -TOLERANCE {
@@ -101,81 +151,69 @@ impl Patches {
     }
 
     #[inline(always)]
-    fn patch(&self, face: usize, row: usize, column: usize) -> &Patch {
-        let nodes = self.board.nodes(0);
-        let node = (face * nodes + row / FAN) * nodes + column / FAN;
-        &self.patches[node * FAN * FAN + (row % FAN) * FAN + column % FAN]
+    fn node(&self, walk: &Walk) -> &Node {
+        let level = walk.level as usize;
+        let nodes = self.board.nodes(level);
+        &self.levels[level]
+            [(walk.line.face * nodes + walk.row as usize) * nodes + walk.column as usize]
     }
 
-    /// Shows the visitor the patches that the line may meet, in order.
     #[inline(always)]
-    fn each_candidate<'a, S: Simd, T>(
-        &'a self,
-        simd: S,
-        line: &Line,
-        side: Side,
-        mut visit: impl FnMut(Candidate<'a>) -> Verdict<T>,
-    ) -> Verdict<T> {
-        let probe = Probe::new(simd, line, side);
-        let top = self.levels.len() - 1;
-        let mut walk = Descent {
-            level: top,
-            top,
-            met: [Met::default(); LEVELS],
-            row: [0; LEVELS],
-            column: [0; LEVELS],
-        };
-        walk.met[top] = self.open(simd, &probe, line.face, &walk);
-        loop {
-            let level = walk.level;
-            let Some(lane) = walk.met[level].next(probe.flip()) else {
-                if level == walk.top {
-                    return Verdict::On;
-                }
-                walk.level += 1;
-                continue;
-            };
-            let row = walk.row[level] * FAN + lane / FAN;
-            let column = walk.column[level] * FAN + lane % FAN;
-            if level > 0 {
-                walk.level -= 1;
-                (walk.row[level - 1], walk.column[level - 1]) = (row, column);
-                walk.met[level - 1] = self.open(simd, &probe, line.face, &walk);
-                continue;
-            }
-            let mut local = line.over(self.board.cell(column), self.board.cell(row));
-            let node = self.node(line.face, &walk);
-            local.enter = node.reach(lane, line, side, local.enter);
-            let patch = self.patch(line.face, row, column);
-            if let Verdict::Found(found) = visit(Candidate { patch, local, across: column, along: row })
-            {
-                return Verdict::Found(found);
-            }
+    fn patch_index(&self, face: usize, row: usize, column: usize) -> usize {
+        let nodes = self.board.nodes(0);
+        let node = (face * nodes + row / FAN) * nodes + column / FAN;
+        node * FAN * FAN + (row % FAN) * FAN + column % FAN
+    }
+}
+
+impl Walk {
+    /// Starts where the stretch does.
+    #[inline(always)]
+    pub(super) fn new(patches: &Patches, stretch: &Stretch) -> Self {
+        let line = Line::new(face_of(stretch.at), stretch.at, stretch.direction, stretch.length);
+        Self {
+            line,
+            probe: Probe::new(&line, stretch.side),
+            side: stretch.side,
+            at: stretch.at,
+            left: stretch.length,
+            direction: stretch.direction,
+            faces: 1,
+            level: patches.levels.len() as u32 - 1,
+            row: 0,
+            column: 0,
+            waiting: 0,
+            patch: 0,
+            search: Search::NONE,
         }
     }
 
+    /// Makes the move [`Move::Face`]; false where the ray ends before.
     #[inline(always)]
-    fn open<S: Simd>(&self, simd: S, probe: &Probe<S>, face: usize, walk: &Descent) -> Met {
-        let level = walk.level;
-        let across = self.board.span(level, walk.column[level]);
-        let along = self.board.span(level, walk.row[level]);
-        let (met, _) = probe.meet(simd, self.node(face, walk), across, along);
-        met
+    pub(super) fn next_face(&mut self, patches: &Patches) -> bool {
+        let Some(face) = self.line.next_face() else { return false };
+        if self.faces == FACES {
+            return false;
+        }
+        let step = self.line.distance(self.line.end);
+        self.at += step * self.direction;
+        self.left -= step;
+        self.faces += 1;
+        self.line = Line::new(face, self.at, self.direction, self.left);
+        self.probe = Probe::new(&self.line, self.side);
+        (self.level, self.row, self.column) = (patches.levels.len() as u32 - 1, 0, 0);
+        true
     }
 
+    /// Gives how far the search has come from the start of a stretch of this length, in largest radii.
     #[inline(always)]
-    fn node(&self, face: usize, walk: &Descent) -> &Node {
-        let level = walk.level;
-        let nodes = self.board.nodes(level);
-        &self.levels[level][(face * nodes + walk.row[level]) * nodes + walk.column[level]]
+    pub(super) fn progress(&self, length: f64) -> f64 {
+        length - self.left + self.line.distance(self.search.tau)
     }
 
-    /// Describes the root of a candidate.
+    /// Gives the outward normal of the patch under search.
     #[inline(always)]
-    fn describe(&self, line: &Line, c: &Candidate, tau: f64, t: &Tangent) -> Crossing {
-        let (across, along) = (self.board.cell(c.across), self.board.cell(c.along));
-        let (u, v) = (tau.mul_add(line.du, line.u), tau.mul_add(line.dv, line.v));
-        let normal = line.normal(u, v, t.height, t.dx * across.scale, t.dy * along.scale);
-        Crossing { distance: line.distance(tau) * self.radius, normal, error: self.error() }
+    pub(super) fn normal(&self, tangent: &Tangent) -> DVec3 {
+        self.line.normal(self.search.tau, &self.search.local, tangent)
     }
 }

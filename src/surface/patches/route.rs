@@ -1,0 +1,131 @@
+//! The part of a ray that the patches have to look at.
+//!
+//! Between the ball around the body, radius 1 here, and the ball that fills it, the patches decide; a ray that enters the inner ball from
+//! outside has crossed the surface before, and on its way out nothing is met in there.
+
+use fearless_simd::Simd;
+use glam::DVec3;
+
+use super::{Patches, Side};
+use crate::math::Ray;
+
+/// From which part of the squared radius of the ball on a start is outside: nothing is beyond the ball, and 1e-9 radii are within every error bound.
+const ON_BALL: f64 = 1.0 - 2e-9;
+
+/// A stretch of a ray that never comes into the inner ball.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stretch {
+    /// Where it starts, in largest radii.
+    pub(super) at: DVec3,
+    pub(super) direction: DVec3,
+    /// The distance along the ray at which it starts, metres.
+    pub(super) start: f64,
+    /// Its length, in largest radii.
+    pub(super) length: f64,
+    pub(super) side: Side,
+}
+
+impl Stretch {
+    /// A stretch of no length, to fill arrays with.
+    pub(super) const NONE: Self = Self {
+        at: DVec3::X,
+        direction: DVec3::X,
+        start: 0.0,
+        length: 0.0,
+        side: Side::Outside,
+    };
+}
+
+/// What patches have to look at to answer a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Route {
+    /// Nothing: it passes by.
+    Nowhere,
+    /// It starts too near the surface for patches to tell on which side: the series must.
+    Series,
+    /// It starts outside; perhaps it ends where it enters the inner ball.
+    Outside { stretch: Stretch, enters: bool },
+    /// It starts inside; the second stretch is behind the inner ball. Either may have no length.
+    Inside([Stretch; 2]),
+}
+
+impl Patches {
+    /// Finds the route of a ray.
+    #[inline(always)]
+    pub(super) fn route<S: Simd>(&self, simd: S, ray: &Ray) -> Route {
+        let (o, d) = (ray.origin, ray.direction);
+        let nearest = -o.dot(d);
+        let offset2 = (o + nearest * d).length_squared();
+        let half2 = self.radius * self.radius - offset2;
+        if !(half2 >= 0.0) {
+            return Route::Nowhere;
+        }
+        let half = half2.sqrt();
+        let (enters_ball, leaves_ball) = (nearest - half, nearest + half);
+        let (start, end) = (ray.t_min.max(enters_ball), ray.t_max.min(leaves_ball));
+        if !(start <= end) {
+            return Route::Nowhere;
+        }
+        let inner2 = self.inner * self.inner - offset2;
+        let from_ball = enters_ball >= ray.t_min;
+        if from_ball {
+            let enter = if inner2 > 0.0 { nearest - inner2.sqrt() } else { f64::INFINITY };
+            return self.outside(ray, start, end, enter);
+        }
+        self.within(simd, ray, start, end, nearest, inner2)
+    }
+
+    #[inline(always)]
+    fn outside(&self, ray: &Ray, start: f64, end: f64, enter: f64) -> Route {
+        let enters = start <= enter && enter <= end;
+        let end = if enters { enter } else { end };
+        Route::Outside { stretch: self.stretch(ray, start, end, Side::Outside), enters }
+    }
+
+    /// Finds the route of a ray that starts in the ball.
+    #[inline(always)]
+    fn within<S: Simd>(
+        &self,
+        simd: S,
+        ray: &Ray,
+        start: f64,
+        end: f64,
+        nearest: f64,
+        inner2: f64,
+    ) -> Route {
+        let at = ray.at(start);
+        let radius2 = at.length_squared();
+        let half = inner2.max(0.0).sqrt();
+        let (enter, leave) = if half > 0.0 {
+            (nearest - half, nearest + half)
+        } else {
+            (f64::INFINITY, f64::INFINITY)
+        };
+        let side = if radius2 < self.inner * self.inner {
+            Some(Side::Inside)
+        } else if radius2 >= self.radius * self.radius * ON_BALL {
+            Some(Side::Outside)
+        } else {
+            self.side(simd, at / self.radius)
+        };
+        match side {
+            None => Route::Series,
+            Some(Side::Outside) => self.outside(ray, start, end, enter),
+            Some(Side::Inside) => {
+                let behind = if enter <= end { start.max(leave).min(end) } else { end };
+                let before = start.max(end.min(enter));
+                Route::Inside([
+                    self.stretch(ray, start, before, Side::Inside),
+                    self.stretch(ray, behind, end, Side::Inside),
+                ])
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn stretch(&self, ray: &Ray, start: f64, end: f64, side: Side) -> Stretch {
+        let per = 1.0 / self.radius;
+        let (at, length) = (ray.at(start) * per, (end - start) * per);
+        Stretch { at, direction: ray.direction, start, length, side }
+    }
+}
