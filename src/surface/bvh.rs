@@ -124,6 +124,11 @@ impl Bvh {
         self.whole
     }
 
+    /// Gives the bytes of the tree.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.order[..])
+    }
+
     /// Finds the closest hit: calls `visit(index, t_max)` for every box that may hold one, and lowers `t_max` to the distance
     /// the visitor gives. The visitor answers for distances from `ray.t_min` to `t_max` only.
     pub fn closest(

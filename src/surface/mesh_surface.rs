@@ -84,6 +84,11 @@ impl MeshSurface {
         &self.mesh
     }
 
+    /// Gives the bytes that rays use: the tree, and the triangles in its order.
+    pub fn bytes(&self) -> usize {
+        self.tree.bytes() + size_of_val(&self.faces[..]) + size_of_val(&self.corners[..])
+    }
+
     fn closest<const Z: usize>(&self, ray: &Ray) -> Option<Hit> {
         let shear = Shear::<Z>::new(ray);
         let mut meeting = Meeting { distance: 0.0, v: 0.0, w: 0.0 };
