@@ -229,3 +229,53 @@ fn parents_first(binary: &Bvh2) -> Vec<usize> {
     }
     order
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Randomness, Stream};
+    use obvhs::aabb::Aabb;
+
+    fn boxes(count: usize) -> Vec<Aabb> {
+        let mut stream = Stream::new(Randomness::Pseudorandom, 9, 0);
+        let mut next = || stream.next_4d().map(|x| x as f32);
+        let mut random = || {
+            let [x, y, z, size] = next();
+            let min = glam::Vec3A::new(x, y, z);
+            Aabb::new(min, min + 0.1 * size)
+        };
+        (0..count).map(|_| random()).collect()
+    }
+
+    /// The expected work of a ray in a finished tree.
+    fn cost(built: &Built, leaves: Leaves, at: usize) -> f32 {
+        let node = &built.nodes[at];
+        let of = |lane: usize| {
+            let child = node.child(lane);
+            let leaf = leaves.cost + leaves.cost_each * child.boxes as f32;
+            let area = node.half_area(lane);
+            match child.boxes {
+                0 => area * NODE + cost(built, leaves, child.first as usize),
+                _ => area * leaf,
+            }
+        };
+        (0..WIDTH).filter(|&lane| node.half_area(lane) > 0.0).map(of).sum()
+    }
+
+    #[test]
+    fn tree_costs_what_its_cut_promised() {
+        let all = boxes(3000);
+        for leaves in [
+            Leaves { most: 4, cost: 0.0, cost_each: 1.0, padded: false },
+            Leaves { most: 8, cost: 1.5, cost_each: 0.0, padded: true },
+        ] {
+            let binary = build_binary(&all);
+            let cut = Cut::new(&binary, leaves);
+            let built = build(&all, leaves);
+            let root = binary.nodes[0].aabb().half_area() * NODE;
+            let (promised, found) = (cut.costs[0][0], root + cost(&built, leaves, 0));
+            // Thousands of sums in f32, of one sign.
+            assert!((promised - found).abs() <= 1e-4 * promised, "{promised} {found}");
+        }
+    }
+}

@@ -112,6 +112,7 @@ impl MeshSurface {
 
     /// Describes the point of a face with these weights; `back` stands in for the normal of a face without area, which only a
     /// ray between its two neighbours can meet.
+    #[inline(always)]
     fn hit_at(&self, face: u32, [a, b, c]: [DVec3; 3], at: Meeting, back: DVec3) -> Hit {
         let (ab, ac) = (b - a, c - a);
         let normal = ab.cross(ac).try_normalize().unwrap_or(back);
@@ -127,6 +128,7 @@ impl MeshSurface {
     }
 
     /// Interpolates the vertex normals where there are any and they look to the side of the face.
+    #[inline(always)]
     fn shading_normal(&self, face: u32, at: Meeting, normal: DVec3) -> DVec3 {
         let Some(normals) = &self.vertex_normals else { return normal };
         let [a, b, c] = self.mesh.triangles()[face as usize].map(|v| normals[v as usize]);
@@ -306,6 +308,62 @@ mod tests {
                 assert_eq!(soup.blocked(&ray), hit.is_some());
             }
         }
+    }
+
+    fn bumpy() -> MeshSurface {
+        let sphere = shapes::sphere(4);
+        let bump = |p: &DVec3| *p * (1.0 + 0.2 * (5.0 * p.x).sin() * (4.0 * p.y).cos());
+        let positions = sphere.positions().iter().map(bump).collect();
+        let mesh = Mesh::new(positions, sphere.triangles().to_vec()).expect("indices in range");
+        MeshSurface::smooth(mesh).expect("a surface")
+    }
+
+    fn chords(count: usize) -> Vec<Ray> {
+        let mut stream = numbers();
+        let mut chord = |i: usize| {
+            let [from, to] = [0, 1].map(|_| 1.5 * direction(&mut stream));
+            let ray = Ray::new(from, (to - from).normalize());
+            if i.is_multiple_of(3) { ray.up_to(1.0) } else { ray }
+        };
+        (0..count).map(&mut chord).collect()
+    }
+
+    #[test]
+    fn batches_equal_single_queries_to_the_bit() {
+        let (surface, rays) = (bumpy(), chords(2000));
+        let mut hits = vec![None; rays.len()];
+        surface.hits(&rays, &mut hits);
+        // Every seventh is marked already and stays so.
+        let mut marked: Vec<_> = (0..rays.len()).map(|i| i.is_multiple_of(7)).collect();
+        surface.mark_blocked(&rays, &mut marked);
+        for (i, ray) in rays.iter().enumerate() {
+            assert_eq!(hits[i], surface.hit(ray));
+            assert_eq!(surface.blocked(ray), hits[i].is_some());
+            assert_eq!(marked[i], i.is_multiple_of(7) || hits[i].is_some());
+        }
+    }
+
+    #[test]
+    fn instruction_sets_agree_within_the_bound() {
+        let rays = chords(2000);
+        let widest = bumpy();
+        let narrow = MeshSurface { level: Level::baseline(), ..widest.clone() };
+        let mut met = 0;
+        for ray in &rays {
+            let (a, b) = (widest.hit(ray), narrow.hit(ray));
+            // A fused product moves the ray by a rounding of its distances, 2 metres at most; faces are seen at 1e-2 or steeper.
+            let along = 1e2 * 2.0 * f64::EPSILON;
+            let agree = match (a, b) {
+                (Some(a), Some(b)) => {
+                    met += 1;
+                    (a.point - b.point).length() <= a.error + b.error + along
+                        && (a.distance - b.distance).abs() <= a.error + b.error + along
+                }
+                (a, b) => a.is_none() && b.is_none(),
+            };
+            assert!(agree, "{ray:?} {a:?} {b:?}");
+        }
+        assert!(met > 500);
     }
 
     #[test]
