@@ -73,9 +73,10 @@ impl Node {
     };
 
     pub(super) fn fill(&mut self, lane: usize, bounds: SmallBox, child: Child) {
-        for axis in 0..3 {
-            self.planes[0][axis][lane] = bounds[0][axis];
-            self.planes[1][axis][lane] = bounds[1][axis];
+        for (planes, corner) in self.planes.iter_mut().zip(bounds) {
+            for (plane, x) in planes.iter_mut().zip(corner) {
+                plane[lane] = x;
+            }
         }
         self.first[lane] = child.first;
         self.boxes[lane] = child.boxes;
@@ -129,11 +130,11 @@ impl Node {
     #[inline(always)]
     pub(super) fn overlapped_by<S: Simd>(&self, simd: S, with: &SmallBox) -> u32 {
         let mut met = 0xff;
-        for axis in 0..3 {
-            let low = f32x8::from_slice(simd, &self.planes[0][axis]);
-            let high = f32x8::from_slice(simd, &self.planes[1][axis]);
-            met &= low.simd_le(f32x8::splat(simd, with[1][axis])).to_bitmask();
-            met &= high.simd_ge(f32x8::splat(simd, with[0][axis])).to_bitmask();
+        for (low, &end) in self.planes[0].iter().zip(&with[1]) {
+            met &= f32x8::from_slice(simd, low).simd_le(end).to_bitmask();
+        }
+        for (high, &start) in self.planes[1].iter().zip(&with[0]) {
+            met &= f32x8::from_slice(simd, high).simd_ge(start).to_bitmask();
         }
         met as u32
     }
