@@ -3,7 +3,7 @@
 //! The tree (`build`) has nodes of eight children (`node`), whose boxes are tested side by side in f32, the nearest opened first. The
 //! walk may visit too much and never too little; the exact answer is the visitor's, in f64.
 //!
-//! Crate obvhs builds the binary tree only. As a mesh's twin, first hits of random chords of the head took 2.1 times as long with its
+//! Crate obvhs builds the binary tree only. First hits of random chords of the head took 2.1 times as long with its
 //! compressed eight-wide walk (medium preset; it also drops what lies within 1e-4 of the origin), 2.8 times with its binary one and
 //! 7 to 10 times with the walks of crate bvh 0.13 (f64, its SIMD on); obvhs's slow presets built 2 to 6 times as long for the same walk.
 //!
