@@ -1,28 +1,36 @@
 //! A bounding volume hierarchy over boxes: the triangles of a mesh or the objects of a scene.
 //!
-//! Crate obvhs builds a binary tree (PLOC with reinsertion: Meister and Bittner 2018, 2022); its nodes are then gathered by four
-//! and walked in f32, four boxes at a time, nearest first. The walk may visit too much and never too little; the exact answer is
-//! the visitor's, in f64. (obvhs's own walks were measured on the head: the binary one took 1.4 times as long, the compressed
-//! eight-wide one 1.05 times; that one drops what lies within 1e-4 of the origin and has a stack of fixed depth.)
+//! The tree (`build`) has nodes of eight children (`node`), whose boxes are tested side by side in f32, the nearest opened first. The
+//! walk may visit too much and never too little; the exact answer is the visitor's, in f64.
+//!
+//! Crate obvhs builds the binary tree only. First hits of random chords of the head took 2.1 times as long with its
+//! compressed eight-wide walk (medium preset; it also drops what lies within 1e-4 of the origin), 2.8 times with its binary one and
+//! 7 to 10 times with the walks of crate bvh 0.13 (f64, its SIMD on); obvhs's slow presets built 2 to 6 times as long for the same walk.
 //!
 //! Why no hit is lost. Boxes are stored relative to the centre of the whole and in units of `size`, the larger of half its longest
-//! edge and 2^-26 of its largest coordinate; a ray starts where it enters the whole (computed in f64), so all coordinates in the
-//! walk are within about 1 and every rounding amounts to moving a plane of a box. With u = 2^-24 those moves are at most
-//!     u       rounding a plane of a box to f32,
-//!     u       rounding the start of the ray,
-//!     3 u x 2 one subtraction, one reciprocal and one product over a distance of 2 to the plane,
-//!     u       everything in f64 (start, visitor) while the ray's origin is within 2^27 sizes,
-//! together 9 u; direction components below 1e-12 are raised to it, which moves the ray by less than 4e-12. Boxes are widened by
-//! 16 u. A ray from farther away than 2^27 sizes visits everything.
+//! edge and 2^-26 of its largest coordinate. A ray starts where it begins to count, if that is within 8 units, and else where it
+//! enters the whole (computed in f64), so the planes are within about 1, the start within 8, and every rounding amounts to moving a
+//! plane of a box. The distance to a plane is plane * inverse - start * inverse, its last product fused or not. With u = 2^-24 the
+//! moves are at most
+//!     u        rounding a plane of a box to f32,
+//!     8 u      rounding the start of the ray,
+//!     u + 8 u  the two products, each relative to a coordinate,
+//!     2 u x 9  the reciprocal and the difference, relative to a distance of 9 to the plane,
+//!     u        everything in f64 (start, visitor) while the ray's origin is within 2^27 sizes,
+//! together 37 u; direction components below 1e-12 are raised to it, which moves the ray by less than 1e-11. Boxes are widened by
+//! 64 u. A ray from farther away than 2^27 sizes visits everything.
 
-use glam::{DVec3, Vec4};
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::leaf_collapser::collapse;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::PlocBuilder;
+mod build;
+mod node;
+
+use std::ops::Range;
+
+use fearless_simd::{Level, Simd, dispatch};
+use glam::DVec3;
 
 use crate::math::{Aabb, Ray};
+use build::Leaves;
+use node::{Child, Node, SmallBox, TreeRay, WIDTH};
 
 /// Finds, among boxes, the few that a ray may meet.
 #[derive(Debug, Clone)]
@@ -30,8 +38,8 @@ pub struct Bvh {
     nodes: Vec<Node>,
     /// The caller's number of each box in the order of the leaves; empty when the caller uses that order itself.
     order: Vec<u32>,
-    /// How many boxes there are.
-    count: usize,
+    /// How many places the leaves have.
+    places: usize,
     /// Bounds all boxes, widened like them.
     whole: Aabb,
     centre: DVec3,
@@ -39,50 +47,35 @@ pub struct Bvh {
     scale: f64,
     /// The most children that can wait at once.
     waiting: usize,
-}
-
-/// Holds four children: their planes, lane by lane, and where they are. A lane without a child has a box nothing meets.
-#[derive(Debug, Clone, Copy)]
-#[repr(align(64))]
-struct Node {
-    /// Smallest and largest x, y, z.
-    planes: [[Vec4; 3]; 2],
-    /// The number of the child node, or of the first box of a leaf.
-    first: [u32; 4],
-    /// How many boxes a leaf holds; 0 for a child node.
-    boxes: [u32; 4],
+    level: Level,
 }
 
 /// Waits on the stack: a child and the distance, in units of the tree, at which the ray enters it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Waiting {
-    first: u32,
-    boxes: u32,
+    child: Child,
     enters: f32,
 }
 
-/// A ray as the tree sees it.
-struct TreeRay {
-    start: [Vec4; 3],
-    inverse: [Vec4; 3],
-    /// For each axis which of the two planes is met first.
-    near: [usize; 3],
-}
-
-/// How far boxes are widened, in units of the tree: 16 roundings of f32.
-const WIDEN: f64 = 16.0 / (1_u64 << 24) as f64;
+/// How far boxes are widened, in units of the tree: 64 roundings of f32.
+const WIDEN: f64 = 64.0 / (1_u64 << 24) as f64;
 /// The smallest unit of the tree, relative to the largest coordinate: below it f64 itself becomes coarse.
 const FINEST: f64 = 1.0 / (1_u64 << 26) as f64;
+/// How far from the centre, in units of the tree, a ray may start.
+const NEAR: f64 = 8.0;
 /// From how far, in units of the tree, the roundings of f64 stay below one of f32.
 const FAR: f64 = (1_u64 << 27) as f64;
-/// The smallest direction component, so that no reciprocal is infinite.
-const SMALLEST_SLOPE: f64 = 1e-12;
-/// Boxes a leaf may hold: the fastest on the head.
-const LEAF: u32 = 4;
 /// How many waiting children need no memory from the heap.
 const SHALLOW: usize = 64;
+/// Leaves for visitors that take one box after the other.
+const SINGLE: Leaves = Leaves { most: 4, cost: 0.0, cost_each: 1.0, padded: false };
+/// Leaves for visitors that take eight boxes at once.
+const PADDED: Leaves = Leaves { most: Bvh::PLACES as u32, cost: 1.5, cost_each: 0.0, padded: true };
 
 impl Bvh {
+    /// Places in a leaf of [`Bvh::build_padded`].
+    pub(super) const PLACES: usize = 8;
+
     /// Builds the tree of these boxes. None, one, flat, equal and huge boxes (up to about 1e150) are all fine; a box that is
     /// empty or not finite is left out and never visited: its owner keeps it apart.
     pub fn build(boxes: &[Aabb]) -> Self {
@@ -94,19 +87,35 @@ impl Bvh {
     /// Builds a tree that numbers the boxes in its own order, and gives that order: box i of the tree is box `order[i]` of the
     /// caller, who can lay out its things alike and spare the walk a look-up.
     pub fn build_sorted(boxes: &[Aabb]) -> (Self, Vec<u32>) {
+        Self::build_with(boxes, SINGLE)
+    }
+
+    /// Does the same with leaves of [`Bvh::PLACES`] places each, the last box of a leaf repeated in the places it does not need:
+    /// for a visitor of [`Bvh::walk`] that takes all of a leaf at once.
+    pub(super) fn build_padded(boxes: &[Aabb]) -> (Self, Vec<u32>) {
+        Self::build_with(boxes, PADDED)
+    }
+
+    fn build_with(boxes: &[Aabb], leaves: Leaves) -> (Self, Vec<u32>) {
         let usable = |b: &Aabb| b.is_finite() && !b.is_empty();
         let kept: Vec<u32> =
             (0..boxes.len() as u32).filter(|&i| usable(&boxes[i as usize])).collect();
         let bounds = kept.iter().fold(Aabb::EMPTY, |all, &i| all.union(boxes[i as usize]));
-        let mut tree = Self::over(bounds, kept.len());
-        let small = kept.iter().map(|&i| tree.rounded(boxes[i as usize])).collect::<Vec<_>>();
-        let binary = build_binary(&small);
-        tree.gather(&binary);
-        (tree, binary.primitive_indices.into_iter().map(|i| kept[i as usize]).collect())
+        let mut tree = Self::over(bounds, kept.is_empty());
+        let small: Vec<_> = kept
+            .iter()
+            .map(|&i| tree.rounded(boxes[i as usize]))
+            .map(|[min, max]| obvhs::aabb::Aabb::new(min.into(), max.into()))
+            .collect();
+        let built = build::build(&small, leaves);
+        tree.nodes = built.nodes;
+        tree.waiting = built.waiting;
+        tree.places = built.order.len();
+        (tree, built.order.into_iter().map(|i| kept[i as usize]).collect())
     }
 
     /// Starts a tree: its units, and no node yet.
-    fn over(bounds: Aabb, count: usize) -> Self {
+    fn over(bounds: Aabb, empty: bool) -> Self {
         // Halves before differences: the edge of a huge box may overflow.
         let centre = 0.5 * bounds.min + 0.5 * bounds.max;
         let half = (0.5 * bounds.max - 0.5 * bounds.min).max_element();
@@ -114,14 +123,26 @@ impl Bvh {
         let size = half.max(largest * FINEST).max(1e-290);
         let margin = DVec3::splat(size * WIDEN);
         let widened = Aabb { min: bounds.min - margin, max: bounds.max + margin };
-        let whole = if count == 0 { Aabb::EMPTY } else { widened };
-        let nodes = Vec::new();
-        Self { nodes, order: Vec::new(), count, whole, centre, scale: 1.0 / size, waiting: 1 }
+        Self {
+            nodes: Vec::new(),
+            order: Vec::new(),
+            places: 0,
+            whole: if empty { Aabb::EMPTY } else { widened },
+            centre,
+            scale: 1.0 / size,
+            waiting: 1,
+            level: Level::new(),
+        }
     }
 
     /// Bounds all boxes, with a small margin; empty without boxes.
     pub fn bounds(&self) -> Aabb {
         self.whole
+    }
+
+    /// Gives the bytes of the tree.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.order[..])
     }
 
     /// Finds the closest hit: calls `visit(index, t_max)` for every box that may hold one, and lowers `t_max` to the distance
@@ -132,7 +153,7 @@ impl Bvh {
         mut visit: impl FnMut(usize, f64) -> Option<f64>,
     ) -> Option<(usize, f64)> {
         let mut best = None;
-        self.walk(ray, |index, t_max| match visit(index, t_max) {
+        self.walk_one_by_one(ray, |index, t_max| match visit(index, t_max) {
             Some(t) if t <= t_max => {
                 best = Some((index, t));
                 Some(t)
@@ -145,7 +166,7 @@ impl Bvh {
     /// Tells whether `visit(index)` is true for any box the ray may meet; asks in no particular order and stops at the first.
     pub fn any(&self, ray: &Ray, mut visit: impl FnMut(usize) -> bool) -> bool {
         let mut found = false;
-        self.walk(ray, |index, t_max| {
+        self.walk_one_by_one(ray, |index, t_max| {
             found = visit(index);
             (!found).then_some(t_max)
         });
@@ -156,210 +177,204 @@ impl Bvh {
     pub fn overlapping(&self, with: Aabb, mut visit: impl FnMut(usize)) {
         // Every box is within the whole, in which all coordinates of the walk are small.
         let within = Aabb { min: with.min.max(self.whole.min), max: with.max.min(self.whole.max) };
-        if within.is_empty() {
-            return;
+        if !within.is_empty() {
+            let within = self.rounded(within);
+            dispatch!(self.level, simd => self.show_overlapping(simd, &within, &mut visit));
         }
-        let within = self.rounded(within);
-        let [min, max] = [within.min, within.max].map(|p| p.to_array().map(Vec4::splat));
+    }
+
+    #[inline(always)]
+    fn show_overlapping<S: Simd>(&self, simd: S, with: &SmallBox, visit: &mut impl FnMut(usize)) {
         let mut waiting = vec![0_u32];
         while let Some(next) = waiting.pop() {
             let node = &self.nodes[next as usize];
-            let mut met = 0b1111;
-            for axis in 0..3 {
-                met &= node.planes[0][axis].cmple(max[axis]).bitmask();
-                met &= node.planes[1][axis].cmpge(min[axis]).bitmask();
-            }
-            for lane in (0..4).filter(|lane| met >> lane & 1 == 1) {
-                let (first, boxes) = (node.first[lane], node.boxes[lane]);
-                if boxes == 0 {
-                    waiting.push(first);
+            let mut met = node.overlapped_by(simd, with);
+            while met != 0 {
+                let child = node.child(take_lane(&mut met));
+                if child.boxes == 0 {
+                    waiting.push(child.first);
                 }
-                (first..first + boxes).for_each(|slot| visit(self.index(slot as usize)));
+                (child.first..child.first + child.boxes)
+                    .for_each(|place| visit(self.index(place as usize)));
             }
         }
     }
 
     /// Shows the visitor every box the ray may meet before the distance it last answered; `None` ends the walk.
-    fn walk(&self, ray: &Ray, visit: impl FnMut(usize, f64) -> Option<f64>) {
-        let Some((enter, _)) = self.whole.intersect(ray) else { return };
-        let near = enter * self.scale <= FAR;
-        if near && self.waiting <= SHALLOW {
-            self.walk_with(ray, enter, &mut [Waiting::default(); SHALLOW], visit);
-        } else if near {
-            self.walk_with(ray, enter, &mut vec![Waiting::default(); self.waiting], visit);
-        } else {
-            self.visit_all(ray.t_max, visit);
-        }
+    fn walk_one_by_one(&self, ray: &Ray, mut visit: impl FnMut(usize, f64) -> Option<f64>) {
+        let mut each = |places: Range<usize>, t_max: f64| {
+            places.into_iter().try_fold(t_max, |t_max, place| visit(self.index(place), t_max))
+        };
+        dispatch!(self.level, simd => self.walk(simd, ray, &mut each));
     }
 
-    fn visit_all(&self, mut t_max: f64, mut visit: impl FnMut(usize, f64) -> Option<f64>) {
-        for slot in 0..self.count {
-            let Some(t) = visit(self.index(slot), t_max) else { return };
+    /// Shows the visitor every leaf, by its places, that the ray may meet before the distance it last answered; `None` ends the walk.
+    #[inline(always)]
+    pub(super) fn walk<S: Simd>(
+        &self,
+        simd: S,
+        ray: &Ray,
+        visit: impl FnMut(Range<usize>, f64) -> Option<f64>,
+    ) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let inverse = inverse_of(ray.direction);
+        let from = self.in_units(ray.at(ray.t_min));
+        let (distance, start) = if from.abs().max_element() <= NEAR {
+            (ray.t_min, from)
+        } else {
+            let Some(distance) = self.enter(ray, inverse) else { return };
+            (distance, self.in_units(ray.at(distance)))
+        };
+        if distance.abs() * self.scale > FAR {
+            self.visit_all(ray.t_max, visit);
+            return;
+        }
+        let mut shallow = [Waiting::default(); SHALLOW];
+        let mut deep = Vec::new();
+        let stack = if self.waiting <= SHALLOW {
+            &mut shallow[..]
+        } else {
+            deep.resize(self.waiting, Waiting::default());
+            &mut deep[..]
+        };
+        let thin = TreeRay::new(simd, start, inverse);
+        self.walk_with(simd, &thin, ray.t_max, distance, stack, visit);
+    }
+
+    #[inline(always)]
+    fn visit_all(&self, mut t_max: f64, mut visit: impl FnMut(Range<usize>, f64) -> Option<f64>) {
+        for first in (0..self.places).step_by(Self::PLACES) {
+            let Some(t) = visit(first..self.places.min(first + Self::PLACES), t_max) else {
+                return;
+            };
             t_max = t;
         }
     }
 
-    fn walk_with(
+    #[inline(always)]
+    fn walk_with<S: Simd>(
         &self,
-        ray: &Ray,
+        simd: S,
+        thin: &TreeRay<S>,
+        mut t_max: f64,
         enter: f64,
         stack: &mut [Waiting],
-        mut visit: impl FnMut(usize, f64) -> Option<f64>,
+        mut visit: impl FnMut(Range<usize>, f64) -> Option<f64>,
     ) {
-        let thin = self.tree_ray(ray, enter);
         // A little more than t_max: rounding must not end the walk early.
         let limit_at = |t: f64| ((t - enter) * self.scale * (1.0 + WIDEN) + WIDEN) as f32;
-        let mut t_max = ray.t_max;
         let mut limit = limit_at(t_max);
-        let mut height = usize::from(self.count > 0);
-        while height > 0 {
-            height -= 1;
-            let next = stack[height];
-            if next.enters > limit {
-                continue;
+        let mut height = 0;
+        // The root.
+        let mut next = Some(Child::default());
+        while let Some(child) = next {
+            let first = child.first as usize;
+            if child.boxes == 0 {
+                let node = &self.nodes[first];
+                let (met, enters) = node.met_by(simd, thin, limit);
+                if met != 0 {
+                    next = Some(descend(node, met, &enters, stack, &mut height));
+                    continue;
+                }
+            } else {
+                let Some(t) = visit(first..first + child.boxes as usize, t_max) else { return };
+                if t != t_max {
+                    t_max = t;
+                    limit = limit_at(t_max);
+                }
             }
-            if next.boxes == 0 {
-                height = self.nodes[next.first as usize].open(&thin, limit, stack, height);
-                continue;
-            }
-            for slot in next.first..next.first + next.boxes {
-                let Some(t) = visit(self.index(slot as usize), t_max) else { return };
-                t_max = t;
-            }
-            limit = limit_at(t_max);
+            next = take_waiting(stack, &mut height, limit);
         }
+    }
+
+    /// Gives the distance at which the ray enters the whole: [`Aabb::intersect`] with a reciprocal that is needed again, and no branch.
+    #[inline(always)]
+    fn enter(&self, ray: &Ray, inverse: DVec3) -> Option<f64> {
+        // Three roundings on either side: pbrt, section 6.8.2.
+        const WIDEN: f64 = 1.0 + 4.0 * f64::EPSILON;
+        let low = (self.whole.min - ray.origin) * inverse;
+        let high = (self.whole.max - ray.origin) * inverse;
+        let near = low.min(high).max_element().max(ray.t_min);
+        let far = (low.max(high).min_element() * WIDEN).min(ray.t_max);
+        (near <= far).then_some(near)
+    }
+
+    /// Gives a point in the units of the tree.
+    #[inline(always)]
+    fn in_units(&self, point: DVec3) -> DVec3 {
+        (point - self.centre) * self.scale
     }
 
     /// Gives the caller's number of a box.
     #[inline]
-    fn index(&self, slot: usize) -> usize {
-        self.order.get(slot).map_or(slot, |&i| i as usize)
-    }
-
-    /// Turns a ray into the tree's units, from where it enters the whole.
-    fn tree_ray(&self, ray: &Ray, enter: f64) -> TreeRay {
-        let start = ((ray.at(enter) - self.centre) * self.scale).to_array();
-        let inverse = ray.direction.to_array().map(|d| d.abs().max(SMALLEST_SLOPE).copysign(d));
-        TreeRay {
-            start: start.map(|x| Vec4::splat(x as f32)),
-            inverse: inverse.map(|d| Vec4::splat((1.0 / d) as f32)),
-            near: inverse.map(|d| usize::from(d < 0.0)),
-        }
+    fn index(&self, place: usize) -> usize {
+        self.order.get(place).map_or(place, |&i| i as usize)
     }
 
     /// Turns a box into the tree's units and widens it.
-    fn rounded(&self, b: Aabb) -> obvhs::aabb::Aabb {
-        let min = (b.min - self.centre) * self.scale - WIDEN;
-        let max = (b.max - self.centre) * self.scale + WIDEN;
-        obvhs::aabb::Aabb::new(min.as_vec3a(), max.as_vec3a())
-    }
-
-    /// Gathers the nodes of the binary tree by four. Iterative: a tree may be as deep as it has boxes.
-    fn gather(&mut self, binary: &Bvh2) {
-        if self.count == 0 {
-            return;
-        }
-        let mut todo = vec![(0_usize, 0_usize, 1_usize)];
-        self.nodes.push(Node::EMPTY);
-        while let Some((at, slot, depth)) = todo.pop() {
-            // Of four children three wait while one is opened.
-            self.waiting = self.waiting.max(3 * depth + 1);
-            for (lane, child) in four_below(binary, at).into_iter().flatten().enumerate() {
-                let source = &binary.nodes[child];
-                let mut first = source.first_index;
-                if source.prim_count == 0 {
-                    first = self.nodes.len() as u32;
-                    self.nodes.push(Node::EMPTY);
-                    todo.push((child, first as usize, depth + 1));
-                }
-                self.nodes[slot].fill(lane, source.aabb(), first, source.prim_count);
-            }
-        }
+    fn rounded(&self, b: Aabb) -> SmallBox {
+        let (min, max) = (self.in_units(b.min) - WIDEN, self.in_units(b.max) + WIDEN);
+        [min, max].map(|p| p.as_vec3().to_array())
     }
 }
 
-impl Node {
-    const EMPTY: Self = Self {
-        planes: [[Vec4::INFINITY; 3], [Vec4::NEG_INFINITY; 3]],
-        first: [0; 4],
-        boxes: [0; 4],
-    };
-
-    fn fill(&mut self, lane: usize, bounds: &obvhs::aabb::Aabb, first: u32, boxes: u32) {
-        for axis in 0..3 {
-            self.planes[0][axis][lane] = bounds.min[axis];
-            self.planes[1][axis][lane] = bounds.max[axis];
-        }
-        self.first[lane] = first;
-        self.boxes[lane] = boxes;
-    }
-
-    /// Puts the children the ray meets before `limit` on the stack, the nearest on top, and gives its new height.
-    #[inline]
-    fn open(&self, ray: &TreeRay, limit: f32, stack: &mut [Waiting], height: usize) -> usize {
-        let distance = |side: usize, axis: usize| {
-            (self.planes[side][axis] - ray.start[axis]) * ray.inverse[axis]
-        };
-        let [x, y, z] = ray.near;
-        let enters = distance(x, 0).max(distance(y, 1)).max(distance(z, 2)).max(Vec4::ZERO);
-        let leaves = distance(1 - x, 0).min(distance(1 - y, 1)).min(distance(1 - z, 2));
-        let mut met = enters.cmple(leaves.min(Vec4::splat(limit))).bitmask();
-        let enters = enters.to_array();
-        let mut top = height;
-        while met != 0 {
-            let lane = met.trailing_zeros() as usize;
-            met &= met - 1;
-            let new =
-                Waiting { first: self.first[lane], boxes: self.boxes[lane], enters: enters[lane] };
-            let mut place = top;
-            while place > height && stack[place - 1].enters < new.enters {
-                stack[place] = stack[place - 1];
-                place -= 1;
-            }
-            stack[place] = new;
-            top += 1;
-        }
-        top
-    }
+/// Gives the reciprocals of a direction, all finite.
+#[inline(always)]
+fn inverse_of(direction: DVec3) -> DVec3 {
+    let most = DVec3::splat(1e300);
+    direction.recip().clamp(-most, most)
 }
 
-/// Builds the binary tree: obvhs's medium preset, whose leaves suit a walk by four.
-fn build_binary(boxes: &[obvhs::aabb::Aabb]) -> Bvh2 {
-    let preset = BvhBuildParams::medium_build();
-    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
-        preset.ploc_search_distance,
-        boxes,
-        (0..boxes.len() as u32).collect(),
-        preset.sort_precision,
-        preset.search_depth_threshold,
-    );
-    // Reinsertion keeps a stack of fixed size, which only a tree of ordinary depth respects.
-    let ordinary = tree.max_depth <= obvhs::bvh2::DEFAULT_MAX_STACK_DEPTH;
-    if ordinary {
-        ReinsertionOptimizer::default().run(&mut tree, preset.reinsertion_batch_ratio, None);
-    }
-    collapse(&mut tree, LEAF, preset.collapse_traversal_cost);
-    tree
+/// Takes the first marked lane.
+#[inline(always)]
+fn take_lane(met: &mut u32) -> usize {
+    let lane = met.trailing_zeros() as usize % WIDTH;
+    *met &= *met - 1;
+    lane
 }
 
-/// Gives up to four nodes that together are node `at`: opens the largest until there are four.
-fn four_below(tree: &Bvh2, at: usize) -> [Option<usize>; 4] {
-    let mut nodes = [Some(at), None, None, None];
-    for free in 1..4 {
-        let area = |slot: usize| {
-            let node = &tree.nodes[nodes[slot]?];
-            (node.prim_count == 0).then(|| node.aabb().half_area())
-        };
-        let largest = (0..free)
-            .filter(|&s| area(s).is_some())
-            .max_by(|&a, &b| area(a).unwrap_or(0.0).total_cmp(&area(b).unwrap_or(0.0)));
-        let Some(slot) = largest else { break };
-        let Some(opened) = nodes[slot] else { break };
-        let first = tree.nodes[opened].first_index as usize;
-        nodes[slot] = Some(first);
-        nodes[free] = Some(first + 1);
+/// Gives the nearest of the children met, and lets the others wait, the nearest on top.
+#[inline(always)]
+fn descend(
+    node: &Node,
+    mut met: u32,
+    enters: &[f32; WIDTH],
+    stack: &mut [Waiting],
+    height: &mut usize,
+) -> Child {
+    let base = *height;
+    let lane = take_lane(&mut met);
+    let mut nearest = Waiting { child: node.child(lane), enters: enters[lane] };
+    while met != 0 {
+        let lane = take_lane(&mut met);
+        let new = Waiting { child: node.child(lane), enters: enters[lane] };
+        let is_nearer = new.enters < nearest.enters;
+        let (near, far) = if is_nearer { (new, nearest) } else { (nearest, new) };
+        nearest = near;
+        let mut place = *height;
+        while place > base && stack[place - 1].enters < far.enters {
+            stack[place] = stack[place - 1];
+            place -= 1;
+        }
+        stack[place] = far;
+        *height += 1;
     }
-    nodes
+    nearest.child
+}
+
+/// Takes the topmost child that the ray enters before `limit`.
+#[inline(always)]
+fn take_waiting(stack: &[Waiting], height: &mut usize, limit: f32) -> Option<Child> {
+    while *height > 0 {
+        *height -= 1;
+        let top = stack[*height];
+        if top.enters <= limit {
+            return Some(top.child);
+        }
+    }
+    None
 }
 
 #[cfg(test)]
@@ -389,6 +404,31 @@ mod tests {
         assert_eq!(tree.bounds(), Aabb::EMPTY);
         let left_out = Bvh::build(&[Aabb::EMPTY, Aabb::ALL]);
         assert!(all_met(&left_out, &Ray::new(DVec3::ZERO, DVec3::X)).is_empty());
+    }
+
+    #[test]
+    fn padded_leaves_repeat_their_last_box() {
+        let mut stream = Stream::new(Randomness::Pseudorandom, 5, 0);
+        let boxes: Vec<_> = (0..1000).map(|_| Aabb::of_ball(point(&mut stream), 0.01)).collect();
+        let (tree, order) = Bvh::build_padded(&boxes);
+        let (leaves, rest) = order.as_chunks::<{ Bvh::PLACES }>();
+        assert!(rest.is_empty() && tree.places == order.len());
+        let mut held = vec![0; boxes.len()];
+        for leaf in leaves {
+            let own = 1 + leaf.iter().position(|b| *b == leaf[7]).expect("the last itself");
+            assert!(leaf[own..].iter().all(|b| *b == leaf[7]));
+            leaf[..own].iter().for_each(|b| held[*b as usize] += 1);
+        }
+        assert!(held.iter().all(|n| *n == 1));
+    }
+
+    #[test]
+    fn rays_that_count_from_afar_lose_nothing() {
+        // The origin is so far off that f64 knows the start to a few units only.
+        let tree = Bvh::build(&[Aabb::of_ball(DVec3::ZERO, 1e-3), Aabb::of_ball(DVec3::ONE, 1e-3)]);
+        let direction = DVec3::new(0.3, -0.4, 0.2).normalize();
+        let ray = Ray { t_min: 1e16, ..Ray::new(-1e16 * direction, direction) };
+        assert_eq!(all_met(&tree, &ray).len(), 2);
     }
 
     #[test]
