@@ -8,12 +8,14 @@ use crate::math::{Aabb, Ray, Rgb};
 use crate::surface::Hit;
 use crate::{Error, Result};
 
+use super::index::Index;
 use super::{Brdf, Emitter, Material, Object, PointLight};
 
 /// Holds everything that light can meet or come from.
 #[derive(Clone)]
 pub struct Scene {
     objects: Vec<Object>,
+    index: Index,
     lights: Vec<PointLight>,
     emitters: Vec<Emitter>,
     area: f64,
@@ -66,7 +68,8 @@ impl Scene {
             }
         }
         let area = objects.iter().filter_map(|o| o.area.as_ref()).map(|a| a.area()).sum();
-        Ok(Self { objects, lights, emitters, area })
+        let index = Index::new(&objects);
+        Ok(Self { objects, index, lights, emitters, area })
     }
 
     /// Gives the objects in the order of the scene file.
@@ -95,17 +98,14 @@ impl Scene {
         finite.fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// Finds the first object along a ray, unrefined.
+    /// Finds the first object along a ray, unrefined; of several at exactly the same distance the one with the lowest index.
     pub fn hit(&self, ray: &Ray) -> Option<(usize, Hit)> {
-        let mut best: Option<(usize, Hit)> = None;
-        let mut ray = *ray;
-        for (index, object) in self.objects.iter().enumerate() {
-            if let Some(hit) = object.surface.hit(&ray) {
-                ray.t_max = hit.distance;
-                best = Some((index, hit));
-            }
-        }
-        best
+        self.index.hit(&self.objects, ray)
+    }
+
+    /// Answers a batch as [`Scene::hit`] answers one ray: `hits[i]` for `rays[i]`, both of the same length.
+    pub fn hits(&self, rays: &[Ray], hits: &mut [Option<(usize, Hit)>]) {
+        self.index.hits(&self.objects, rays, hits);
     }
 
     /// Finds the first vertex along a ray, refined and ready to be shaded.
@@ -129,7 +129,13 @@ impl Scene {
 
     /// Tells whether anything stands on the ray.
     pub fn blocked(&self, ray: &Ray) -> bool {
-        self.objects.iter().any(|o| o.surface.blocked(ray))
+        self.index.blocked(&self.objects, ray)
+    }
+
+    /// Marks in `blocked`, which has the length of `rays`, the rays on which anything stands; a ray that is marked already is passed
+    /// over.
+    pub fn mark_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
+        self.index.mark_blocked(&self.objects, rays, blocked);
     }
 
     /// Tells whether two surface points see each other; both ends leave their surfaces by the one self-intersection policy.
