@@ -111,8 +111,13 @@ impl Scene {
     /// Finds the first vertex along a ray, refined and ready to be shaded.
     pub fn vertex(&self, ray: &Ray) -> Option<Vertex<'_>> {
         let (object, hit) = self.hit(ray)?;
-        let hit = self.objects[object].surface.refine(&hit);
-        Some(self.vertex_at(object, hit, -ray.direction))
+        Some(self.refined_vertex(object, &hit, -ray.direction))
+    }
+
+    /// Refines a hit of an object and describes it as seen from the direction `outgoing`.
+    pub fn refined_vertex(&self, object: usize, hit: &Hit, outgoing: DVec3) -> Vertex<'_> {
+        let hit = self.objects[object].surface.refine(hit);
+        self.vertex_at(object, hit, outgoing)
     }
 
     /// Describes a refined hit of an object seen from the direction `outgoing`.
@@ -140,13 +145,7 @@ impl Scene {
 
     /// Tells whether two surface points see each other; both ends leave their surfaces by the one self-intersection policy.
     pub fn sees(&self, a: &Hit, b: &Hit, direction: DVec3) -> bool {
-        Ray::between(a.departure(direction), b.departure(-direction))
-            .is_some_and(|r| !self.blocked(&r))
-    }
-
-    /// Tells whether a surface point sees a point in free space.
-    pub fn sees_point(&self, a: &Hit, point: DVec3, direction: DVec3) -> bool {
-        Ray::between(a.departure(direction), point).is_some_and(|r| !self.blocked(&r))
+        a.segment(b, direction).is_some_and(|ray| !self.blocked(&ray))
     }
 }
 
