@@ -1,6 +1,8 @@
 //! `harmolux render`: a scene becomes a picture.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use harmolux::Result;
@@ -84,7 +86,7 @@ pub(crate) fn load_scene(file: &SceneFile) -> Result<Loaded> {
     for warning in &loaded.warnings {
         say::warning(warning);
     }
-    for FittedObject { name, fit } in &loaded.fits {
+    for FittedObject { name, fit } in distinct(&loaded.fits) {
         say::note(&format!(
             "fitted `{name}`: degree {}, RMS error {} of the mean radius, {:.0} ms",
             fit.coefficients.lmax(),
@@ -217,9 +219,15 @@ fn warn(rendering: &Rendering) {
     }
 }
 
+/// Gives each fit once, under the name of the first object that has it.
+fn distinct(fits: &[FittedObject]) -> impl Iterator<Item = &FittedObject> {
+    let mut seen = HashSet::new();
+    fits.iter().filter(move |fitted| seen.insert(Arc::as_ptr(&fitted.fit)))
+}
+
 fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
     let mut lines = Vec::new();
-    for FittedObject { name, fit } in fits {
+    for FittedObject { name, fit } in distinct(fits) {
         let lmax = fit.coefficients.lmax();
         let (own, mesh) = (series_bytes(lmax), mesh_bytes(fit.mesh_size));
         lines.push((

@@ -5,8 +5,13 @@
 //! d = 0. A weighting leaves the share c(G) of that to the connection and the rest 1 - c to a ray that gathers from the receiver (Kollig and Keller, 2004):
 //! it finds y' and adds (1 - c) W/pdf [direct light at y' + the same walk's nodes seen from y'], recursively. Both together are unbiased for
 //! every c; a bounded c G makes the variance finite.
+//!
+//! Many estimates are made together, level of the recursion after level, so that rays come by batches: first the shadow rays of all
+//! connections of the level, then its gathering rays; what they find are the estimates of the next level, which are added to those they
+//! belong to at the end. Every estimate has a stream of its own, so its numbers do not depend on its company.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -150,43 +155,126 @@ pub(super) struct Connector<'a> {
     weighting: Weighting,
 }
 
+/// Holds the estimates that are made together, and the memory they need; to be used again for the next ones.
+#[derive(Default)]
+pub(super) struct Batch<'a> {
+    /// Those asked for, then level by level those that gathering rays led to.
+    estimates: Vec<Estimate<'a>>,
+    /// What is connected or gathered along `rays`, ray by ray.
+    connections: Vec<Connection>,
+    gathered: Vec<Gathered>,
+    rays: Vec<Ray>,
+    blocked: Vec<bool>,
+    hits: Vec<Option<(usize, Hit)>>,
+}
+
+/// One walk that is being estimated at one receiver.
+struct Estimate<'a> {
+    receiver: Receiver<'a>,
+    walk: &'a [Node<'a>],
+    stream: Stream,
+    light: Light,
+    /// Where its light goes when it is not asked for itself.
+    beyond: Option<Beyond>,
+}
+
+/// Says what an estimate found by a gathering ray gives to the one it was gathered for.
+struct Beyond {
+    /// The number of that estimate.
+    of: usize,
+    weight: Rgb,
+    share: f64,
+    /// The light of point lights there.
+    point_lights: Rgb,
+}
+
+/// Light that an estimate receives when nothing stands on a ray.
+struct Connection {
+    to: usize,
+    light: Rgb,
+    source: Source,
+}
+
+#[derive(Clone, Copy)]
+enum Source {
+    PointLight,
+    Start,
+    Reflection,
+}
+
+/// A gathering ray's sample and the number that decides whether it goes on.
+struct Gathered {
+    to: usize,
+    sample: BrdfSample,
+    roulette: f64,
+}
+
 impl<'a> Connector<'a> {
     /// Prepares for a scene whose walks `launcher` starts.
     pub(super) fn new(scene: &'a Scene, launcher: &'a Launcher<'a>, weighting: Weighting) -> Self {
         Self { scene, launcher, weighting }
     }
 
-    /// Estimates, from one walk, all light at the receiver except that of the point lights it sees itself.
+    /// Estimates, from each of some walks with a stream for each, all light at the receiver except that of the point lights it sees itself.
     pub(super) fn estimate(
         &self,
-        receiver: &Receiver,
-        walk: &[Node],
-        stream: &mut Stream,
-    ) -> Light {
-        let mut light = Light::default();
-        for node in walk {
-            let contribution = self.connect(receiver, node);
-            match node.start_density {
-                Some(_) => light.direct += contribution,
-                None => light.indirect += contribution,
-            }
+        batch: &mut Batch<'a>,
+        receiver: &Receiver<'a>,
+        walks: impl Iterator<Item = (&'a [Node<'a>], Stream)>,
+    ) -> impl Iterator<Item = Light> {
+        batch.estimates.clear();
+        batch.estimates.extend(walks.map(|(walk, stream)| Estimate::new(*receiver, walk, stream)));
+        let asked = batch.estimates.len();
+        let mut level = 0..asked;
+        while !level.is_empty() {
+            self.connect(batch, level.clone());
+            self.gather(batch, level.clone());
+            level = level.end..batch.estimates.len();
         }
-        self.gather(receiver, walk, stream, &mut light);
-        light
+        batch.add_beyond();
+        batch.estimates[..asked].iter().map(|estimate| estimate.light)
     }
 
-    /// Connects one node: its share of Q f G V W / cos.
-    fn connect(&self, receiver: &Receiver, node: &Node) -> Rgb {
+    /// Connects the estimates of a level to the nodes of their walks and, beyond gathering rays, to the point lights.
+    fn connect(&self, batch: &mut Batch<'a>, level: Range<usize>) {
+        batch.rays.clear();
+        batch.connections.clear();
+        for to in level {
+            let Estimate { receiver, walk, beyond, .. } = &batch.estimates[to];
+            let mut add = |source, (ray, light)| {
+                batch.rays.push(ray);
+                batch.connections.push(Connection { to, light, source });
+            };
+            if beyond.is_some() {
+                direct::connections(self.scene, receiver).for_each(|c| add(Source::PointLight, c));
+            }
+            for node in *walk {
+                let source = node.start_density.map_or(Source::Reflection, |_| Source::Start);
+                self.connection(receiver, node).into_iter().for_each(|c| add(source, c));
+            }
+        }
+        batch.blocked.clear();
+        batch.blocked.resize(batch.rays.len(), false);
+        self.scene.mark_blocked(&batch.rays, &mut batch.blocked);
+        let connections = batch.connections.iter().zip(&batch.blocked);
+        for (connection, _) in connections.filter(|(_, blocked)| !**blocked) {
+            batch.estimates[connection.to].receive(connection);
+        }
+    }
+
+    /// Gives the light that an unhindered connection to a node carries, its share of Q f G V W / cos, and the ray on which nothing may stand;
+    /// `None` where there is no such light.
+    fn connection(&self, receiver: &Receiver, node: &Node) -> Option<(Ray, Rgb)> {
         let to_node = node.vertex.hit.point - receiver.hit.point;
         let distance2 = to_node.length_squared();
         if distance2 == 0.0 {
-            return Rgb::BLACK;
+            return None;
         }
         let direction = to_node / distance2.sqrt();
         let response = receiver.response(direction);
         let cos = -node.vertex.normal.dot(direction);
         if cos <= 0.0 || response.is_black() {
-            return Rgb::BLACK;
+            return None;
         }
         let g = cos * receiver.normal.dot(direction) / distance2;
         let (leaving, share) = if let Some(density) = node.start_density {
@@ -196,43 +284,151 @@ impl<'a> Connector<'a> {
             let leaving = vertex.brdf().eval(vertex.normal, vertex.outgoing, -direction);
             (leaving, self.weighting.share(g))
         };
-        if leaving.is_black() || !self.scene.sees(&receiver.hit, &node.vertex.hit, direction) {
-            return Rgb::BLACK;
+        if leaving.is_black() {
+            return None;
         }
-        node.flux * leaving * response * (share * cos / distance2)
+        let ray = receiver.hit.segment(&node.vertex.hit, direction)?;
+        Some((ray, node.flux * leaving * response * (share * cos / distance2)))
     }
 
-    /// Gathers by one ray what the connections leave.
-    fn gather(&self, receiver: &Receiver, walk: &[Node], stream: &mut Stream, light: &mut Light) {
+    /// Gathers, by one ray for each estimate of a level, what the connections leave; where it goes on, there is an estimate of the next level.
+    fn gather(&self, batch: &mut Batch<'a>, level: Range<usize>) {
         if self.weighting == Weighting::Walk {
             return;
         }
-        let [u, v, roulette, _] = stream.next_4d();
-        let Some(BrdfSample { direction, weight, .. }) = receiver.sample([u, v]) else { return };
         // Emission is gathered from any distance, reflection only from where the bounded kernel cuts.
         let reach =
             if self.scene.emitters().is_empty() { self.weighting.reach() } else { f64::INFINITY };
-        let ray: Ray = receiver.hit.leave(direction).up_to(reach);
-        let Some(vertex) = self.scene.vertex(&ray) else { return };
+        batch.rays.clear();
+        batch.gathered.clear();
+        for to in level {
+            let Estimate { receiver, stream, .. } = &mut batch.estimates[to];
+            let [u, v, roulette, _] = stream.next_4d();
+            let Some(sample) = receiver.sample([u, v]) else { continue };
+            batch.rays.push(receiver.hit.leave(sample.direction).up_to(reach));
+            batch.gathered.push(Gathered { to, sample, roulette });
+        }
+        batch.hits.clear();
+        batch.hits.resize(batch.rays.len(), None);
+        self.scene.hits(&batch.rays, &mut batch.hits);
+        for (gathered, hit) in batch.gathered.iter().zip(&batch.hits) {
+            let Some((object, hit)) = hit else { continue };
+            let vertex = self.scene.refined_vertex(*object, hit, -gathered.sample.direction);
+            let estimate = self.look(&mut batch.estimates[gathered.to], gathered, &vertex);
+            batch.estimates.extend(estimate);
+        }
+    }
+
+    /// Takes up what a gathering ray sees, and gives the estimate that goes on there unless roulette ends it.
+    fn look(
+        &self,
+        from: &mut Estimate<'a>,
+        gathered: &Gathered,
+        vertex: &Vertex<'a>,
+    ) -> Option<Estimate<'a>> {
+        let BrdfSample { direction, weight, .. } = gathered.sample;
         let cos = vertex.normal.dot(vertex.outgoing);
         if cos <= 0.0 {
-            return;
+            return None;
         }
-        let to_vertex = vertex.hit.point - receiver.hit.point;
-        let g = cos * receiver.normal.dot(direction) / to_vertex.length_squared();
+        let to_vertex = vertex.hit.point - from.receiver.hit.point;
+        let g = cos * from.receiver.normal.dot(direction) / to_vertex.length_squared();
         let emitted = vertex.emitted();
         if !emitted.is_black() {
-            let share = self.weighting.start_share(g, self.launcher.start_density(&vertex));
-            light.direct += weight * emitted * (1.0 - share);
+            let share = self.weighting.start_share(g, self.launcher.start_density(vertex));
+            from.light.direct += weight * emitted * (1.0 - share);
         }
         let rest = 1.0 - self.weighting.share(g);
         // Roulette on what the vertex can return at most ends the recursion without bias.
         let survival = (rest * vertex.brdf().albedo().luminance()).min(1.0);
-        if survival > 0.0 && roulette < survival {
-            let beyond = Receiver::reflecting(&vertex);
-            let arriving = direct::point_lights(self.scene, &beyond)
-                + self.estimate(&beyond, walk, stream).total();
-            light.indirect += weight * arriving * (rest / survival);
+        (survival > 0.0 && gathered.roulette < survival).then(|| {
+            let share = rest / survival;
+            let beyond = Beyond { of: gathered.to, weight, share, point_lights: Rgb::BLACK };
+            let there = Receiver::reflecting(vertex);
+            let estimate = Estimate::new(there, from.walk, from.stream.clone());
+            Estimate { beyond: Some(beyond), ..estimate }
+        })
+    }
+}
+
+impl<'a> Estimate<'a> {
+    fn new(receiver: Receiver<'a>, walk: &'a [Node<'a>], stream: Stream) -> Self {
+        Self { receiver, walk, stream, light: Light::default(), beyond: None }
+    }
+
+    fn receive(&mut self, connection: &Connection) {
+        match (connection.source, &mut self.beyond) {
+            (Source::PointLight, Some(beyond)) => beyond.point_lights += connection.light,
+            (Source::PointLight | Source::Start, _) => self.light.direct += connection.light,
+            (Source::Reflection, _) => self.light.indirect += connection.light,
+        }
+    }
+}
+
+impl Batch<'_> {
+    /// Adds the light of what gathering rays led to, the farthest first: each was found later than the one it belongs to.
+    fn add_beyond(&mut self) {
+        for i in (0..self.estimates.len()).rev() {
+            let Estimate { beyond: Some(beyond), light, .. } = &self.estimates[i] else { break };
+            let arriving = beyond.point_lights + light.total();
+            let gathered = beyond.weight * arriving * beyond.share;
+            let of = beyond.of;
+            self.estimates[of].light.indirect += gathered;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Randomness;
+    use crate::scene::{Material, Object, PointLight};
+    use crate::surface::primitives::{AxisBox, Sphere};
+
+    /// A room with a lamp, a ball that shines and reflects, and one that casts shadows.
+    fn room() -> Scene {
+        let grey = Material::lambert(Rgb::grey(0.8)).expect("valid");
+        let walls = AxisBox::new(DVec3::ZERO, DVec3::new(4.0, 5.0, 3.0)).expect("valid");
+        let ball =
+            |x: f64, radius: f64| Sphere::new(DVec3::new(x, 2.0, 1.0), radius).expect("valid");
+        let objects = vec![
+            Object::new("room", walls.turned_inward(true), grey),
+            Object::new("shining", ball(1.0, 0.3), grey.emitting(Rgb::grey(100.0))),
+            Object::new("dark", ball(3.0, 0.5), grey),
+        ];
+        let at = DVec3::new(2.0, 4.0, 2.5);
+        let lamp = PointLight { name: "lamp".to_owned(), at, intensity: Rgb::grey(50.0) };
+        Scene::new(objects, vec![lamp]).expect("valid")
+    }
+
+    #[test]
+    fn estimates_made_together_are_those_made_alone() {
+        let scene = room();
+        let launcher = Launcher::new(&scene).expect("there is light");
+        let stream = |purpose, i| Stream::new(Randomness::Sobol, purpose, i);
+        let walks: Vec<Vec<Node>> = (0..40)
+            .map(|i| {
+                let mut nodes = Vec::new();
+                launcher.walk(&mut stream(1, i), &mut nodes);
+                nodes
+            })
+            .collect();
+        // Near an edge most is gathered, over several levels.
+        let sensor = Sensor { at: DVec3::new(0.02, 2.0, 0.0), normal: DVec3::Z };
+        let receiver = Receiver::sensor(&sensor);
+        for weighting in [Weighting::Walk, Weighting::of(&scene)] {
+            let connector = Connector::new(&scene, &launcher, weighting);
+            let mut batch = Batch::default();
+            let items = || walks.iter().map(Vec::as_slice).zip((0..).map(|i| stream(2, i)));
+            let together: Vec<Light> = connector.estimate(&mut batch, &receiver, items()).collect();
+            let went_on = batch.estimates.len() > walks.len();
+            assert_eq!(went_on, weighting != Weighting::Walk);
+            for (item, &light) in items().zip(&together) {
+                let alone = connector.estimate(&mut batch, &receiver, std::iter::once(item));
+                assert_eq!(alone.collect::<Vec<_>>(), [light]);
+            }
+            assert!(together.iter().any(|l| !l.direct.is_black()));
+            assert!(together.iter().any(|l| !l.indirect.is_black()));
         }
     }
 }

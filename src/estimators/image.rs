@@ -10,7 +10,7 @@ use crate::Result;
 use crate::math::{Randomness, Rgb, Stream, hash};
 use crate::scene::{Film, Perspective, Scene};
 
-use super::connect::{Connector, Receiver, Weighting};
+use super::connect::{Batch, Connector, Receiver, Weighting};
 use super::direct;
 use super::path::PathTracer;
 use super::replicates::{Control, Ending, Observer, REPLICATES, Stop, seed};
@@ -187,10 +187,11 @@ impl<'a> Pass<'a> {
             if cancelled.load(Ordering::Relaxed) {
                 return;
             }
+            let mut batch = Batch::default();
             for (column, sample) in line.iter_mut().enumerate() {
                 let pixel = (row * width + column) as u64;
                 let corner = DVec2::new(column as f64, row as f64);
-                *sample = self.sample(camera, &tracer, pixel, corner);
+                *sample = self.sample(camera, &tracer, &mut batch, pixel, corner);
             }
             if cancel(rows.fetch_add(1, Ordering::Relaxed) + 1) {
                 cancelled.store(true, Ordering::Relaxed);
@@ -201,7 +202,14 @@ impl<'a> Pass<'a> {
     }
 
     /// Takes one sample of one pixel: an eye ray, and what the point it meets emits and reflects.
-    fn sample(&self, camera: &Perspective, tracer: &PathTracer, pixel: u64, corner: DVec2) -> Rgb {
+    fn sample<'b>(
+        &'b self,
+        camera: &Perspective,
+        tracer: &PathTracer,
+        batch: &mut Batch<'b>,
+        pixel: u64,
+        corner: DVec2,
+    ) -> Rgb {
         let stream = |purpose, index| {
             let seed = hash([seed(self.settings.seed, self.replicate, purpose), pixel]);
             Stream::new(self.settings.randomness, seed, index)
@@ -222,12 +230,9 @@ impl<'a> Pass<'a> {
                     hash([seed(self.settings.seed, self.replicate, PICK), pixel, self.round]);
                 let block = picked as usize % BLOCKS_PER_PASS;
                 let walks = &self.walks[block * WALKS_PER_SAMPLE..];
-                indices
-                    .zip(walks)
-                    .map(|(i, walk)| {
-                        self.connector.estimate(&receiver, walk, &mut stream(GATHER, i)).total()
-                    })
-                    .sum()
+                let walks = walks.iter().map(Vec::as_slice);
+                let walks = walks.zip(indices.map(|i| stream(GATHER, i)));
+                self.connector.estimate(batch, &receiver, walks).map(|light| light.total()).sum()
             }
         };
         vertex.emitted() + direct + rest / WALKS_PER_SAMPLE as f64

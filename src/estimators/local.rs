@@ -10,7 +10,7 @@ use crate::math::stats::Estimate;
 use crate::math::{Randomness, Rgb, Stream, hash};
 use crate::scene::{Illuminance, Scene, Sensor};
 
-use super::connect::{Connector, Light, Receiver, Weighting};
+use super::connect::{Batch, Connector, Light, Receiver, Weighting};
 use super::direct;
 use super::path::PathTracer;
 use super::replicates::{Control, Ending, Observer, REPLICATES, Stop, seed};
@@ -59,6 +59,8 @@ const GATHER: u64 = 12;
 /// Walks per replicate of the first round, and the most that are held in memory together.
 const FIRST_ROUND: u64 = 4;
 const LARGEST_BLOCK: u64 = 256;
+/// How many walks are connected to a sensor at a time: some hundred rays.
+const CONNECTED_TOGETHER: usize = 64;
 
 /// What one sensor has received in one replicate.
 #[derive(Debug, Clone, Copy, Default)]
@@ -185,8 +187,12 @@ impl Run<'_> {
             }
             SensorEstimator::Local(weighting) => {
                 let connector = Connector::new(self.scene, self.launcher, weighting);
-                for (i, (walk, _)) in indices.zip(walks) {
-                    add(connector.estimate(receiver, walk, &mut stream(i)));
+                let mut batch = Batch::default();
+                let mut streams = indices.map(stream);
+                for walks in walks.chunks(CONNECTED_TOGETHER) {
+                    let walks = walks.iter().map(|(walk, _)| walk.as_slice());
+                    let walks = walks.zip(streams.by_ref());
+                    connector.estimate(&mut batch, receiver, walks).for_each(&mut add);
                 }
             }
         }

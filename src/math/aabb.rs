@@ -45,6 +45,17 @@ impl Aabb {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// Gives what lies in both boxes; empty when they are disjoint.
+    pub fn intersection(self, other: Self) -> Self {
+        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
+    }
+
+    /// Gives the eight corners.
+    pub fn corners(&self) -> [DVec3; 8] {
+        let end = |upper: bool| if upper { self.max } else { self.min };
+        std::array::from_fn(|i| DVec3::new(end(i & 1 == 1).x, end(i & 2 == 2).y, end(i & 4 == 4).z))
+    }
+
     /// Tells whether nothing is inside.
     pub fn is_empty(&self) -> bool {
         !(self.min.x <= self.max.x && self.min.y <= self.max.y && self.min.z <= self.max.z)
@@ -103,6 +114,19 @@ mod tests {
         let ray = Ray::new(DVec3::ZERO, DVec3::X);
         assert!(Aabb::EMPTY.is_empty() && Aabb::EMPTY.intersect(&ray).is_none());
         assert_eq!(Aabb::ALL.intersect(&ray), Some((0.0, f64::INFINITY)));
+    }
+
+    #[test]
+    fn boxes_that_touch_share_their_face_and_disjoint_ones_nothing() {
+        let cube = Aabb::new(DVec3::ZERO, DVec3::ONE);
+        let moved = |x: f64| Aabb::new(DVec3::X * x, DVec3::ONE + DVec3::X * x);
+        assert_eq!(cube.intersection(moved(1.0)), Aabb::new(DVec3::X, DVec3::ONE));
+        assert!(cube.intersection(moved(1.5)).is_empty());
+        assert!(cube.intersection(Aabb::EMPTY).is_empty());
+        assert_eq!(Aabb::of_points(cube.corners()), cube);
+        assert!(
+            (0..8).all(|i| cube.corners().iter().filter(|c| **c == cube.corners()[i]).count() == 1)
+        );
     }
 
     #[test]

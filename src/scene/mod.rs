@@ -3,6 +3,7 @@
 mod camera;
 mod film;
 mod illuminance;
+mod index;
 mod light;
 mod material;
 mod object;

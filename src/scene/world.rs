@@ -8,12 +8,14 @@ use crate::math::{Aabb, Ray, Rgb};
 use crate::surface::Hit;
 use crate::{Error, Result};
 
+use super::index::Index;
 use super::{Brdf, Emitter, Material, Object, PointLight};
 
 /// Holds everything that light can meet or come from.
 #[derive(Clone)]
 pub struct Scene {
     objects: Vec<Object>,
+    index: Index,
     lights: Vec<PointLight>,
     emitters: Vec<Emitter>,
     area: f64,
@@ -66,7 +68,8 @@ impl Scene {
             }
         }
         let area = objects.iter().filter_map(|o| o.area.as_ref()).map(|a| a.area()).sum();
-        Ok(Self { objects, lights, emitters, area })
+        let index = Index::new(&objects);
+        Ok(Self { objects, index, lights, emitters, area })
     }
 
     /// Gives the objects in the order of the scene file.
@@ -95,24 +98,26 @@ impl Scene {
         finite.fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// Finds the first object along a ray, unrefined.
+    /// Finds the first object along a ray, unrefined; of several at exactly the same distance the one with the lowest index.
     pub fn hit(&self, ray: &Ray) -> Option<(usize, Hit)> {
-        let mut best: Option<(usize, Hit)> = None;
-        let mut ray = *ray;
-        for (index, object) in self.objects.iter().enumerate() {
-            if let Some(hit) = object.surface.hit(&ray) {
-                ray.t_max = hit.distance;
-                best = Some((index, hit));
-            }
-        }
-        best
+        self.index.hit(&self.objects, ray)
+    }
+
+    /// Answers a batch as [`Scene::hit`] answers one ray: `hits[i]` for `rays[i]`, both of the same length.
+    pub fn hits(&self, rays: &[Ray], hits: &mut [Option<(usize, Hit)>]) {
+        self.index.hits(&self.objects, rays, hits);
     }
 
     /// Finds the first vertex along a ray, refined and ready to be shaded.
     pub fn vertex(&self, ray: &Ray) -> Option<Vertex<'_>> {
         let (object, hit) = self.hit(ray)?;
-        let hit = self.objects[object].surface.refine(&hit);
-        Some(self.vertex_at(object, hit, -ray.direction))
+        Some(self.refined_vertex(object, &hit, -ray.direction))
+    }
+
+    /// Refines a hit of an object and describes it as seen from the direction `outgoing`.
+    pub fn refined_vertex(&self, object: usize, hit: &Hit, outgoing: DVec3) -> Vertex<'_> {
+        let hit = self.objects[object].surface.refine(hit);
+        self.vertex_at(object, hit, outgoing)
     }
 
     /// Describes a refined hit of an object seen from the direction `outgoing`.
@@ -129,18 +134,18 @@ impl Scene {
 
     /// Tells whether anything stands on the ray.
     pub fn blocked(&self, ray: &Ray) -> bool {
-        self.objects.iter().any(|o| o.surface.blocked(ray))
+        self.index.blocked(&self.objects, ray)
+    }
+
+    /// Marks in `blocked`, which has the length of `rays`, the rays on which anything stands; a ray that is marked already is passed
+    /// over.
+    pub fn mark_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
+        self.index.mark_blocked(&self.objects, rays, blocked);
     }
 
     /// Tells whether two surface points see each other; both ends leave their surfaces by the one self-intersection policy.
     pub fn sees(&self, a: &Hit, b: &Hit, direction: DVec3) -> bool {
-        Ray::between(a.departure(direction), b.departure(-direction))
-            .is_some_and(|r| !self.blocked(&r))
-    }
-
-    /// Tells whether a surface point sees a point in free space.
-    pub fn sees_point(&self, a: &Hit, point: DVec3, direction: DVec3) -> bool {
-        Ray::between(a.departure(direction), point).is_some_and(|r| !self.blocked(&r))
+        a.segment(b, direction).is_some_and(|ray| !self.blocked(&ray))
     }
 }
 

@@ -1,23 +1,21 @@
 //! From a scene file to a scene: surfaces are built, meshes fitted, sensors laid out, and what cannot be meant is said.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::fit::{Fit, FitSettings, fit};
-use super::{grids, solids};
-use crate::io::coefficients::{self, ReadOptions, SeriesFormat};
-use crate::io::meshes;
+use super::fit::Fit;
+use super::grids;
+use super::shared_surfaces::{ShShape, SharedSurfaces};
+use super::solids::{Body, Solid};
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
     PlacementSpec, SceneFile, SensorSpec, ShSpec,
 };
 use crate::scene::{Material, Object, Perspective, PointLight, Scene, Sensor};
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
-use crate::surface::{
-    Instance, Intersector, MeshReport, MeshSurface, SampleArea, ShSurface, StepBisection, Surface,
-};
+use crate::surface::{Instance, Intersector, SampleArea, StepBisection, Surface};
 use crate::{Error, Result};
 
 /// Holds a scene ready to be lit, with what was learnt on the way.
@@ -46,18 +44,23 @@ pub struct SensorGroup {
 pub struct FittedObject {
     /// The name in the scene file.
     pub name: String,
-    /// The fit, in the unit of the mesh file.
-    pub fit: Fit,
+    /// The fit, in the unit of the mesh file; objects of one shape share it.
+    pub fit: Arc<Fit>,
 }
 
 /// An object with what the checks need to know of it.
 struct Built {
     object: Object,
-    /// Whether its surface has an inside.
-    closed: bool,
-    fit: Option<Fit>,
+    body: Body,
+    fit: Option<Arc<Fit>>,
     /// What is wrong with the mesh it was made of.
-    deficiencies: Vec<String>,
+    deficiencies: Arc<[String]>,
+}
+
+impl Built {
+    fn new(object: Object, body: Body) -> Self {
+        Self { object, body, fit: None, deficiencies: Arc::default() }
+    }
 }
 
 /// Builds the scene that a file describes.
@@ -66,12 +69,13 @@ struct Built {
 /// [`Error::Input`] (or [`Error::Parameter`] for an override) that points at the key concerned: a file that cannot be used, a mesh that cannot be
 /// fitted, a light inside an object.
 pub fn load(file: &SceneFile) -> Result<Loaded> {
-    let built: Vec<Built> =
-        file.objects.iter().map(|(name, spec)| build(file, name, spec)).collect::<Result<_>>()?;
+    let mut shared = SharedSurfaces::default();
+    let built = file.objects.iter().map(|(name, spec)| build(file, &mut shared, name, spec));
+    let built: Vec<Built> = built.collect::<Result<_>>()?;
+    let solids: Vec<Solid> = built.iter().filter_map(|b| Solid::new(&b.object, b.body)).collect();
     let mut warnings = faulty_meshes(&built);
-    warnings.extend(overlaps(&built));
-    let lights = lights(file, &built)?;
-    let solids: Vec<&Object> = built.iter().filter(|b| b.closed).map(|b| &b.object).collect();
+    warnings.extend(overlaps(&solids));
+    let lights = lights(file, &solids)?;
     warnings.extend(misplaced_cameras(file, &solids));
     let fits = built
         .iter()
@@ -102,64 +106,72 @@ fn material(file: &SceneFile, name: &str) -> Result<Material> {
     }
 }
 
-fn build(file: &SceneFile, name: &str, spec: &ObjectSpec) -> Result<Built> {
+fn build(
+    file: &SceneFile,
+    shared: &mut SharedSurfaces,
+    name: &str,
+    spec: &ObjectSpec,
+) -> Result<Built> {
     let own = material(file, spec.material())?;
-    let solid = |object| Built { object, closed: true, fit: None, deficiencies: Vec::new() };
-    let open = |object| Built { object, closed: false, fit: None, deficiencies: Vec::new() };
     match spec {
         ObjectSpec::Box(s) => {
             let surface = AxisBox::new(s.min, s.max)?.turned_inward(s.inward);
             let materials = BoxFace::ALL.iter().map(|face| material(file, s.face_material(*face)));
             let materials = materials.collect::<Result<_>>()?;
-            Ok(solid(Object { materials, ..Object::new(name, surface, own) }))
+            let object = Object { materials, ..Object::new(name, surface, own) };
+            Ok(Built::new(object, Body::Convex))
         }
         ObjectSpec::Sphere(s) => {
             let surface = Sphere::new(s.centre, s.radius)?.turned_inward(s.inward);
-            Ok(solid(Object::new(name, surface, own)))
+            Ok(Built::new(Object::new(name, surface, own), Body::Convex))
         }
         ObjectSpec::Rectangle(s) => {
-            Ok(open(Object::new(name, Rectangle::new(s.corner, s.edge_u, s.edge_v)?, own)))
+            let surface = Rectangle::new(s.corner, s.edge_u, s.edge_v)?;
+            Ok(Built::new(Object::new(name, surface, own), Body::Open))
         }
         ObjectSpec::Disc(s) => {
-            Ok(open(Object::new(name, Disc::new(s.centre, s.normal, s.radius)?, own)))
+            let surface = Disc::new(s.centre, s.normal, s.radius)?;
+            Ok(Built::new(Object::new(name, surface, own), Body::Open))
         }
         ObjectSpec::Plane(s) => {
             let surface: Arc<dyn Surface> = Arc::new(Plane::new(s.point, s.normal)?);
             let materials = vec![own];
-            Ok(open(Object { name: name.to_owned(), surface, area: None, materials }))
+            let object = Object { name: name.to_owned(), surface, area: None, materials };
+            Ok(Built::new(object, Body::Open))
         }
-        ObjectSpec::Mesh(s) => build_mesh(file, name, s, own),
-        ObjectSpec::Sh(s) => build_sh(file, name, s, own),
+        ObjectSpec::Mesh(s) => build_mesh(file, shared, name, s, own),
+        ObjectSpec::Sh(s) => build_sh(file, shared, name, s, own),
     }
 }
 
-fn build_mesh(file: &SceneFile, name: &str, spec: &MeshSpec, own: Material) -> Result<Built> {
-    let key = ["objects", name, "mesh", "file"];
-    let mesh = read(file, &key, &spec.file, meshes::read)?;
-    let report = MeshReport::of(&mesh);
-    let surface = if spec.smooth { MeshSurface::smooth(mesh) } else { MeshSurface::new(mesh) };
-    let surface = surface.map_err(|e| at_key(file, &key, &spec.file, &e))?;
-    let object = place(name, surface, &spec.placement(), DVec3::ZERO, own)?;
-    let closed = report.is_closed() && !report.is_inside_out();
-    Ok(Built { object, closed, fit: None, deficiencies: report.deficiencies() })
+fn build_mesh(
+    file: &SceneFile,
+    shared: &mut SharedSurfaces,
+    name: &str,
+    spec: &MeshSpec,
+    own: Material,
+) -> Result<Built> {
+    let mesh = shared.mesh(&spec.file.resolved, spec.smooth);
+    let mesh =
+        mesh.map_err(|e| at_file(file, &["objects", name, "mesh", "file"], &spec.file, e))?;
+    let object = place(name, mesh.surface, &spec.placement(), DVec3::ZERO, own)?;
+    let body = if mesh.closed { Body::Closed } else { Body::Open };
+    Ok(Built { deficiencies: mesh.deficiencies, ..Built::new(object, body) })
 }
 
-fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Result<Built> {
-    let key = ["objects", name, "sh", "file"];
-    let (series, centre, fit) = if SeriesFormat::of_extension(&spec.file.resolved).is_some() {
-        let shape =
-            read(file, &key, &spec.file, |path| coefficients::read(path, &ReadOptions::default()))?;
-        (shape.coefficients.truncated(spec.degree), shape.centre, None)
-    } else {
-        let mesh = read(file, &key, &spec.file, meshes::read)?;
-        let settings = FitSettings { centre: spec.centre, ..FitSettings::of_degree(spec.degree) };
-        let fit = fit(&mesh, &settings).map_err(|e| at_key(file, &key, &spec.file, &e))?;
-        (fit.coefficients.clone(), fit.centre, Some(fit))
-    };
-    let surface = ShSurface::new(&series, intersector(spec))
-        .map_err(|e| at_key(file, &key, &spec.file, &e))?;
-    let object = place(name, surface, &spec.placement(), centre, own)?;
-    Ok(Built { object, closed: true, fit, deficiencies: Vec::new() })
+fn build_sh(
+    file: &SceneFile,
+    shared: &mut SharedSurfaces,
+    name: &str,
+    spec: &ShSpec,
+    own: Material,
+) -> Result<Built> {
+    let shape =
+        ShShape { degree: spec.degree, centre: spec.centre, intersector: intersector(spec) };
+    let sh = shared.sh(&spec.file.resolved, &shape);
+    let sh = sh.map_err(|e| at_file(file, &["objects", name, "sh", "file"], &spec.file, e))?;
+    let object = place(name, sh.surface, &spec.placement(), sh.centre, own)?;
+    Ok(Built { fit: sh.fit, ..Built::new(object, Body::Closed) })
 }
 
 fn intersector(spec: &ShSpec) -> Intersector {
@@ -177,45 +189,34 @@ fn intersector(spec: &ShSpec) -> Intersector {
 /// Places a surface whose origin is the point `origin` of its file.
 fn place<S: SampleArea + 'static>(
     name: &str,
-    surface: S,
+    surface: Arc<S>,
     spec: &PlacementSpec,
     origin: DVec3,
     own: Material,
 ) -> Result<Object> {
-    Ok(Object::new(name, Instance::new(Arc::new(surface), spec.about(origin)?), own))
+    Ok(Object::new(name, Instance::new(surface, spec.about(origin)?), own))
 }
 
-/// Reads a file that the scene names; a file that is missing points at the key, a file that is wrong at itself.
-fn read<T>(
-    file: &SceneFile,
-    key: &[&str],
-    named: &FileRef,
-    reader: impl Fn(&Path) -> Result<T>,
-) -> Result<T> {
-    reader(&named.resolved).map_err(|error| match error {
-        Error::Io { .. } => at_key(file, key, named, &error),
-        other => other,
-    })
-}
-
-fn at_key(file: &SceneFile, key: &[&str], named: &FileRef, error: &Error) -> Error {
+/// Points at the key that names a file: the file is missing, or its shape cannot be used. A file that is wrong in itself says where.
+fn at_file(file: &SceneFile, key: &[&str], named: &FileRef, error: Error) -> Error {
+    if matches!(error, Error::Input(_)) {
+        return error;
+    }
     let text = error.to_string();
     let own = named.resolved.display().to_string();
     let message = if text.starts_with(&own) { text } else { format!("{own}: {text}") };
     file.source.error(key, message, None)
 }
 
-fn lights(file: &SceneFile, built: &[Built]) -> Result<Vec<PointLight>> {
+fn lights(file: &SceneFile, solids: &[Solid]) -> Result<Vec<PointLight>> {
     let mut lights = Vec::new();
     for (name, LightSpec::Point(spec)) in &file.lights {
-        if let Some(solid) =
-            built.iter().find(|b| b.closed && solids::is_behind(&*b.object.surface, spec.at))
-        {
+        if let Some(solid) = solids.iter().find(|s| s.is_behind(spec.at)) {
             return Err(file.source.error(
                 &["lights", name, "point", "at"],
                 format!(
                     "light `{name}` is behind the surface of `{}`: outside the room, or inside the object",
-                    solid.object.name
+                    solid.name()
                 ),
                 Some(
                     "move the light, or turn the normals of a room with `inward = true`".to_owned(),
@@ -236,37 +237,34 @@ fn faulty_meshes(built: &[Built]) -> Vec<String> {
 }
 
 /// Says which objects cut through or lie behind closed ones.
-fn overlaps(built: &[Built]) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for one in built.iter().filter(|b| b.closed) {
+fn overlaps(solids: &[Solid]) -> Vec<String> {
+    let of = |one: &Solid| -> Vec<String> {
         // The smaller of two is judged against the larger: a room lies around its contents.
-        for other in built.iter().filter(|b| b.closed && size(b) > size(one)) {
-            let (name, into) = (&one.object.name, &other.object.name);
-            match solids::share_behind(&one.object, &*other.object.surface) {
-                Some(share) if share >= 1.0 => {
-                    warnings.push(format!("object `{name}` is entirely outside the room, or inside the object, `{into}`"));
-                }
-                Some(share) if share > 0.0 => warnings.push(format!(
-                    "object `{name}` cuts through `{into}`: about {:.0} % of its surface is behind it",
-                    100.0 * share.max(0.01)
-                )),
-                _ => {}
-            }
-        }
-    }
-    warnings
+        let larger = solids.iter().filter(|other| other.size() > one.size());
+        larger.filter_map(|other| overlap(one, other)).collect()
+    };
+    solids.par_iter().flat_map_iter(of).collect()
 }
 
-/// Gives the diagonal of an object's bounds, metres.
-fn size(built: &Built) -> f64 {
-    built.object.surface.bounds().extent().length()
+fn overlap(one: &Solid, other: &Solid) -> Option<String> {
+    let (name, into) = (one.name(), other.name());
+    let share = one.share_behind(other).filter(|share| *share > 0.0)?;
+    Some(if share >= 1.0 {
+        format!("object `{name}` is entirely outside the room, or inside the object, `{into}`")
+    } else {
+        let percent = 100.0 * share.max(0.01);
+        format!(
+            "object `{name}` cuts through `{into}`: about {percent:.0} % of its surface is behind it"
+        )
+    })
 }
 
-fn misplaced_cameras(file: &SceneFile, solids: &[&Object]) -> Vec<String> {
+fn misplaced_cameras(file: &SceneFile, solids: &[Solid]) -> Vec<String> {
     let eyes = file.cameras.iter().map(|(name, CameraSpec::Perspective(spec))| (name, spec.from));
     eyes.filter_map(|(name, from)| {
-        let solid = solids.iter().find(|o| solids::is_behind(&*o.surface, from))?;
-        Some(format!("camera `{name}` is outside the room, or inside the object, `{}`", solid.name))
+        let solid = solids.iter().find(|s| s.is_behind(from))?;
+        let behind = solid.name();
+        Some(format!("camera `{name}` is outside the room, or inside the object, `{behind}`"))
     })
     .collect()
 }
@@ -291,7 +289,7 @@ fn sensors(file: &SceneFile, scene: &Scene) -> Result<Vec<SensorGroup>> {
         .collect()
 }
 
-fn misplaced_sensors(groups: &[SensorGroup], solids: &[&Object]) -> Vec<String> {
+fn misplaced_sensors(groups: &[SensorGroup], solids: &[Solid]) -> Vec<String> {
     let mut warnings = Vec::new();
     for group in groups {
         if group.sensors.is_empty() {
@@ -303,20 +301,109 @@ fn misplaced_sensors(groups: &[SensorGroup], solids: &[&Object]) -> Vec<String> 
         // A sensor on a wall is judged by a point just before it.
         let before = |s: &Sensor| s.at + 1e-6 * s.at.length().max(1.0) * s.normal;
         for solid in solids {
-            let hidden = group
-                .sensors
-                .iter()
-                .filter(|s| solids::is_behind(&*solid.surface, before(s)))
-                .count();
+            let hidden = group.sensors.iter().filter(|s| solid.is_behind(before(s))).count();
             if hidden > 0 {
                 warnings.push(format!(
                     "sensors `{}`: {hidden} of {} are outside the room, or inside the object, `{}` and get no light",
                     group.name,
                     group.sensors.len(),
-                    solid.name
+                    solid.name()
                 ));
             }
         }
     }
     warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write;
+    use std::ops::ControlFlow;
+    use std::path::Path;
+
+    use super::*;
+    use crate::estimators::{SensorEstimator, SensorSettings, Stop, Weighting, illuminance};
+    use crate::io::coefficients::{SeriesFormat, Shape, WriteOptions, encode};
+    use crate::math::Randomness;
+    use crate::sh::Coefficients;
+
+    const HALL: &str = r#"format = 1
+[materials.grey.lambert]
+reflectance = 0.5
+[objects.hall.box]
+min = [0, 0, 0]
+max = [100, 100, 3]
+inward = true
+material = "grey"
+[lights.lamp.point]
+at = [50, 50, 2.9]
+intensity = 1000
+[sensors.floor.points]
+at = [[1, 1, 0], [50, 52, 0]]
+normal = [0, 0, 1]
+"#;
+
+    /// Writes a hall with `count` heads of degree 4 from one file, in rows 3 m apart, and reads it.
+    fn hall(folder: &Path, count: usize) -> SceneFile {
+        let mut c = Coefficients::zeros(4);
+        c.set(0, 0, 1.0, 0.0);
+        c.set(3, 1, 0.1, 0.05);
+        c.set(4, 2, -0.05, 0.1);
+        let shape = Shape::new(c);
+        let bytes = encode(&shape, SeriesFormat::Text, &WriteOptions::default()).expect("encodes");
+        std::fs::write(folder.join("head.csv"), bytes).expect("written");
+        let mut text = HALL.to_owned();
+        for i in 0..count {
+            let (x, y) = (2 + 3 * (i % 32), 2 + 3 * (i / 32));
+            write!(
+                text,
+                "[objects.head{i}.sh]\nfile = \"head.csv\"\ndegree = 4\nat = [{x}, {y}, 1.5]\n\
+                 rotate = {{ axis = [0, 0, 1], degrees = {i} }}\nmaterial = \"grey\"\n"
+            )
+            .expect("a string");
+        }
+        let path = folder.join("hall.toml");
+        std::fs::write(&path, text).expect("written");
+        SceneFile::read(&path, &[]).expect("a valid scene")
+    }
+
+    #[test]
+    fn thousand_heads_load_and_are_lit() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let loaded = load(&hall(folder.path(), 1000)).expect("loads");
+        assert_eq!(loaded.scene.objects().len(), 1001);
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        let settings = SensorSettings {
+            estimator: SensorEstimator::Local(Weighting::of(&loaded.scene)),
+            randomness: Randomness::Sobol,
+            seed: 1,
+            stop: Stop { walks: Some(64), ..Stop::default() },
+        };
+        let sensors = &loaded.sensors[0].sensors;
+        let lit = illuminance(&loaded.scene, sensors, &settings, &|_| ControlFlow::Continue(()));
+        let lit = lit.expect("there is a lamp").results;
+        assert!(lit.iter().all(|r| r.total.mean > 0.0), "{lit:?}");
+    }
+
+    #[test]
+    fn heads_that_cut_through_a_wall_or_another_are_told() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut file = hall(folder.path(), 3);
+        let at = |file: &mut SceneFile, name: &str, place: DVec3, scale: f64| {
+            let Some(ObjectSpec::Sh(spec)) = file.objects.get_mut(name) else {
+                panic!("`{name}` is an SH object");
+            };
+            (spec.at, spec.scale) = (place, scale);
+        };
+        at(&mut file, "head0", DVec3::new(0.0, 50.0, 1.5), 1.0);
+        at(&mut file, "head1", DVec3::new(200.0, 50.0, 1.5), 1.0);
+        at(&mut file, "head2", DVec3::new(200.0, 50.0, 1.5), 0.5);
+        let warnings = load(&file).expect("loads").warnings;
+        let told = |a: &str, b: &str| {
+            warnings.iter().any(|w| w.contains(&format!("`{a}`")) && w.contains(&format!("`{b}`")))
+        };
+        assert_eq!(warnings.len(), 4, "{warnings:?}");
+        assert!(told("head0", "hall") && told("head1", "hall"), "{warnings:?}");
+        assert!(told("head2", "hall") && told("head2", "head1"), "{warnings:?}");
+    }
 }

@@ -8,6 +8,7 @@ mod fit_points;
 mod grids;
 mod load;
 mod reshape;
+mod shared_surfaces;
 mod solids;
 mod sweep;
 

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::math::Ray;
+use crate::math::{Aabb, Ray};
 use crate::scene::Object;
 use crate::surface::Surface;
 
@@ -12,12 +12,76 @@ const ASIDE: DVec3 = DVec3::new(0.369_274_729_379_982, 0.501_387_205_912_7, 0.78
 /// Points per side of the square that is mapped onto an object's surface.
 const SIDE: u32 = 16;
 
-/// Tells whether a point lies behind a closed surface: inside a body, or outside a room whose normals point inward.
-pub(super) fn is_behind(surface: &dyn Surface, point: DVec3) -> bool {
-    let direction = ASIDE.normalize();
-    match surface.hit(&Ray::new(point, direction)) {
-        Some(hit) => hit.normal.dot(direction) > 0.0,
-        None => outside_is_behind(surface),
+/// Says whether a surface has an inside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Body {
+    /// It has none.
+    Open,
+    /// It has one.
+    Closed,
+    /// It has one, and with any two points all between them.
+    Convex,
+}
+
+/// A closed object, with what is asked of it again and again.
+pub(super) struct Solid<'a> {
+    object: &'a Object,
+    bounds: Aabb,
+    convex: bool,
+    /// Whether the outside is its back: the normals of a room point inward.
+    is_room: bool,
+}
+
+impl<'a> Solid<'a> {
+    /// Takes an object as a solid; `None` for one without an inside.
+    pub(super) fn new(object: &'a Object, body: Body) -> Option<Self> {
+        let is_room = || outside_is_behind(&*object.surface);
+        (body != Body::Open).then(|| Self {
+            object,
+            bounds: object.surface.bounds(),
+            convex: body == Body::Convex,
+            is_room: is_room(),
+        })
+    }
+
+    /// Gives the name of the object.
+    pub(super) fn name(&self) -> &'a str {
+        &self.object.name
+    }
+
+    /// Gives the diagonal of the bounds, metres.
+    pub(super) fn size(&self) -> f64 {
+        self.bounds.extent().length()
+    }
+
+    /// Tells whether a point lies behind the surface: inside a body, or outside a room.
+    pub(super) fn is_behind(&self, point: DVec3) -> bool {
+        if !self.bounds.contains(point) {
+            return self.is_room;
+        }
+        let direction = ASIDE.normalize();
+        let hit = self.object.surface.hit(&Ray::new(point, direction));
+        hit.map_or(self.is_room, |hit| hit.normal.dot(direction) > 0.0)
+    }
+
+    /// Gives the share of the surface, 0 to 1, that lies behind another solid; `None` when it cannot be sampled.
+    pub(super) fn share_behind(&self, other: &Solid) -> Option<f64> {
+        if self.bounds.intersection(other.bounds).is_empty() {
+            return Some(f64::from(u8::from(other.is_room)));
+        }
+        if other.is_convex_room() && self.bounds.corners().into_iter().all(|c| !other.is_behind(c))
+        {
+            return Some(0.0);
+        }
+        let area = self.object.area.as_ref()?;
+        let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
+        let points = (0..SIDE * SIDE).map(|k| DVec2::new(middle(k / SIDE), middle(k % SIDE)));
+        let behind = points.filter(|u| other.is_behind(area.sample_area(*u).hit.point)).count();
+        Some(behind as f64 / f64::from(SIDE * SIDE))
+    }
+
+    fn is_convex_room(&self) -> bool {
+        self.convex && self.is_room
     }
 }
 
@@ -29,15 +93,6 @@ fn outside_is_behind(surface: &dyn Surface) -> bool {
     surface.hit(&ray).is_some_and(|hit| hit.normal.dot(direction) > 0.0)
 }
 
-/// Gives the share of an object's surface, 0 to 1, that lies behind another closed surface; `None` when it cannot be sampled.
-pub(super) fn share_behind(object: &Object, other: &dyn Surface) -> Option<f64> {
-    let area = object.area.as_ref()?;
-    let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
-    let points = (0..SIDE * SIDE).map(|k| DVec2::new(middle(k / SIDE), middle(k % SIDE)));
-    let behind = points.filter(|u| is_behind(other, area.sample_area(*u).hit.point)).count();
-    Some(behind as f64 / f64::from(SIDE * SIDE))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -45,35 +100,61 @@ mod tests {
     use crate::scene::Material;
     use crate::surface::primitives::{AxisBox, Sphere};
 
+    fn sphere(x: f64, radius: f64, inward: bool) -> Object {
+        let surface = Sphere::new(DVec3::X * x, radius).expect("valid").turned_inward(inward);
+        Object::new("sphere", surface, Material::lambert(Rgb::grey(0.5)).expect("valid"))
+    }
+
+    fn cube(inward: bool) -> Object {
+        let surface = AxisBox::new(DVec3::splat(-1.0), DVec3::ONE).expect("valid");
+        let grey = Material::lambert(Rgb::grey(0.5)).expect("valid");
+        Object::new("cube", surface.turned_inward(inward), grey)
+    }
+
+    fn convex(object: &Object) -> Solid<'_> {
+        Solid::new(object, Body::Convex).expect("closed")
+    }
+
     #[test]
     fn inside_of_a_body_and_outside_of_a_room_are_behind() {
-        let body = Sphere::new(DVec3::ZERO, 1.0).expect("valid");
-        assert!(is_behind(&body, DVec3::splat(0.1)) && !is_behind(&body, DVec3::splat(1.0)));
-        let room = AxisBox::new(DVec3::splat(-1.0), DVec3::ONE).expect("valid").turned_inward(true);
-        assert!(
-            !is_behind(&room, DVec3::splat(0.1))
-                && is_behind(&room, DVec3::splat(-1.5))
-                && is_behind(&room, DVec3::splat(1.5))
-        );
+        let (body, room) = (sphere(0.0, 1.0, false), cube(true));
+        let (body, room) = (convex(&body), convex(&room));
+        // Points in the box of the ball and not in the ball, and points outside both.
+        assert!(body.is_behind(DVec3::splat(0.1)) && !body.is_behind(DVec3::splat(0.9)));
+        assert!(!body.is_behind(DVec3::splat(1.1)) && !room.is_behind(DVec3::splat(0.1)));
+        assert!(room.is_behind(DVec3::splat(-1.5)) && room.is_behind(DVec3::splat(1.5)));
     }
 
     #[test]
     fn outside_of_a_room_is_behind_on_every_side() {
-        let body = AxisBox::new(DVec3::splat(-1.0), DVec3::ONE).expect("valid");
-        let room = body.turned_inward(true);
+        let (body, room) = (cube(false), cube(true));
+        let (body, room) = (convex(&body), convex(&room));
         for side in DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]) {
-            assert!(is_behind(&room, 1.01 * side) && is_behind(&room, 30.0 * side));
-            assert!(!is_behind(&body, 1.01 * side) && !is_behind(&body, 30.0 * side));
+            assert!(room.is_behind(1.01 * side) && room.is_behind(30.0 * side));
+            assert!(!body.is_behind(1.01 * side) && !body.is_behind(30.0 * side));
         }
     }
 
     #[test]
+    fn open_surfaces_are_no_solids() {
+        assert!(Solid::new(&cube(false), Body::Open).is_none());
+    }
+
+    #[test]
     fn cutting_a_wall_shows_as_a_share() {
-        let material = Material::lambert(Rgb::grey(0.5)).expect("valid");
-        let room = AxisBox::new(DVec3::splat(-1.0), DVec3::ONE).expect("valid").turned_inward(true);
-        let at = |x| Object::new("s", Sphere::new(DVec3::X * x, 0.5).expect("valid"), material);
-        assert_eq!(share_behind(&at(0.0), &room), Some(0.0));
+        let (body, room, round) = (cube(false), cube(true), sphere(0.0, 1.0, true));
         // Half of the sphere's area is past the wall; the 16 x 16 points resolve it to some percent.
-        assert!(share_behind(&at(1.0), &room).is_some_and(|s| (s - 0.5).abs() <= 0.05));
+        let half = convex(&sphere(1.0, 0.5, false)).share_behind(&convex(&room));
+        assert!(half.is_some_and(|s| (s - 0.5).abs() <= 0.05));
+        for (x, behind_walls) in [(0.0, 0.0), (0.5, 0.0), (5.0, 1.0)] {
+            let ball = sphere(x, 0.5, false);
+            let share = |other: &Solid| convex(&ball).share_behind(other);
+            assert_eq!(share(&convex(&room)), Some(behind_walls), "at {x}");
+            assert_eq!(share(&convex(&round)), Some(behind_walls), "at {x}");
+            assert_eq!(share(&convex(&body)), Some(1.0 - behind_walls), "at {x}");
+            // What is not known to be convex is sampled, with the same answer.
+            let sampled = Solid::new(&room, Body::Closed).expect("closed");
+            assert_eq!(share(&sampled), Some(behind_walls), "at {x}");
+        }
     }
 }

@@ -141,6 +141,19 @@ impl<S: Surface + ?Sized> Surface for Instance<S> {
         }
     }
 
+    fn mark_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
+        let mut local = [Ray::new(DVec3::ZERO, DVec3::Z); BATCH];
+        for (rays, blocked) in rays.chunks(BATCH).zip(blocked.chunks_mut(BATCH)) {
+            // What is marked already is passed over, so its local ray may be anything.
+            for ((local, ray), _) in
+                local.iter_mut().zip(rays).zip(&*blocked).filter(|(_, marked)| !**marked)
+            {
+                *local = self.local_ray(ray);
+            }
+            self.inner.mark_blocked(&local[..rays.len()], blocked);
+        }
+    }
+
     fn refine(&self, hit: &Hit) -> Hit {
         let local = self.local_hit(hit);
         let refined = self.inner.refine(&local);
@@ -326,6 +339,12 @@ mod tests {
         placed.hits(&rays, &mut hits);
         assert!(rays.iter().zip(&hits).all(|(ray, hit)| placed.hit(ray) == *hit));
         assert!(hits.iter().any(Option::is_some) && hits.iter().any(Option::is_none));
+        // Every third ray is marked from the start and stays so.
+        let mut blocked: Vec<bool> = (0..rays.len()).map(|i| i % 3 == 0).collect();
+        placed.mark_blocked(&rays, &mut blocked);
+        for (i, (ray, marked)) in rays.iter().zip(blocked).enumerate() {
+            assert_eq!(marked, i % 3 == 0 || placed.blocked(ray));
+        }
     }
 
     #[test]

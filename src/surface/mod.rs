@@ -118,6 +118,12 @@ impl Hit {
     pub fn leave(&self, direction: DVec3) -> Ray {
         Ray::new(self.departure(direction), direction)
     }
+
+    /// Makes the ray between two hits, `direction` being the unit vector from this one to `other`; both ends depart from their surfaces.
+    /// `None` when nothing is left between them.
+    pub fn segment(&self, other: &Self, direction: DVec3) -> Option<Ray> {
+        Ray::between(self.departure(direction), other.departure(-direction))
+    }
 }
 
 /// Samples a surface by area; implemented where that is possible (everything bounded).

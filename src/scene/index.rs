@@ -1,0 +1,318 @@
+//! Which objects a ray is put to: all of them while they are few, those whose boxes it meets when they are many.
+//!
+//! The answer is the same either way: the object whose hit is nearest by its own account, and of several at exactly the same distance
+//! the one that stands first among the objects.
+
+use glam::DVec3;
+
+use crate::math::{Aabb, Ray};
+use crate::surface::{Bvh, Hit};
+
+use super::Object;
+
+/// The most objects that are asked one by one. Walking the tree costs what it costs to miss about a dozen spheres, or three bodies that
+/// are dearer to miss; below this number the difference is some ten nanoseconds a ray either way, and batches go by the list.
+const FEW: usize = 8;
+/// The largest coordinate, metres, that the tree takes.
+const LARGEST: f64 = 1e150;
+/// How many rays of a batch are put to an object at a time: enough to feed a batched surface, little enough for the stack.
+const BATCH: usize = 64;
+
+/// Finds the objects that a ray may meet.
+#[derive(Debug, Clone)]
+pub(super) struct Index {
+    /// The objects that every ray is put to, ascending: all while they are few, else the infinite ones and those around all others.
+    everywhere: Vec<usize>,
+    /// The boxes of the rest.
+    tree: Option<Bvh>,
+}
+
+impl Index {
+    /// Sorts the objects of a scene.
+    pub(super) fn new(objects: &[Object]) -> Self {
+        let boxes: Vec<Aabb> = objects.iter().map(|o| o.surface.bounds()).collect();
+        let whole = boxes.iter().filter(|b| is_local(b)).fold(Aabb::EMPTY, |all, b| all.union(*b));
+        let is_everywhere = |i: &usize| !is_local(&boxes[*i]) || boxes[*i] == whole;
+        let everywhere: Vec<usize> = (0..boxes.len()).filter(is_everywhere).collect();
+        if boxes.len() - everywhere.len() <= FEW {
+            return Self::asking_all(objects);
+        }
+        let mut rest = boxes.clone();
+        for &i in &everywhere {
+            // The tree leaves out what is empty.
+            rest[i] = Aabb::EMPTY;
+        }
+        Self { everywhere, tree: Some(Bvh::build(&rest)) }
+    }
+
+    /// Puts every ray to every object.
+    fn asking_all(objects: &[Object]) -> Self {
+        Self { everywhere: (0..objects.len()).collect(), tree: None }
+    }
+
+    /// Finds the first object along a ray.
+    pub(super) fn hit(&self, objects: &[Object], ray: &Ray) -> Option<(usize, Hit)> {
+        let (mut first, mut rest) = (None, *ray);
+        for &index in &self.everywhere {
+            let hit = objects[index].surface.hit(&rest);
+            keep_first(&mut first, &mut rest, index, hit);
+        }
+        self.search(objects, ray, first)
+    }
+
+    /// Finds the first object along every ray of a batch. What is everywhere is asked by batches; the tree gives each ray objects
+    /// of its own.
+    pub(super) fn hits(
+        &self,
+        objects: &[Object],
+        rays: &[Ray],
+        answers: &mut [Option<(usize, Hit)>],
+    ) {
+        // One ray is not worth the arrays.
+        if let ([ray], [answer]) = (rays, &mut *answers) {
+            *answer = self.hit(objects, ray);
+            return;
+        }
+        let mut rest = [Ray::new(DVec3::ZERO, DVec3::Z); BATCH];
+        let mut hits = [None; BATCH];
+        for (rays, answers) in rays.chunks(BATCH).zip(answers.chunks_mut(BATCH)) {
+            let (rest, hits) = (&mut rest[..rays.len()], &mut hits[..rays.len()]);
+            rest.copy_from_slice(rays);
+            answers.fill(None);
+            for &index in &self.everywhere {
+                objects[index].surface.hits(rest, hits);
+                for ((first, rest), hit) in answers.iter_mut().zip(&mut *rest).zip(&*hits) {
+                    keep_first(first, rest, index, *hit);
+                }
+            }
+            for (first, ray) in answers.iter_mut().zip(rays) {
+                *first = self.search(objects, ray, *first);
+            }
+        }
+    }
+
+    /// Tells whether a ray meets anything.
+    pub(super) fn blocked(&self, objects: &[Object], ray: &Ray) -> bool {
+        self.everywhere.iter().any(|&index| objects[index].surface.blocked(ray))
+            || self.blocked_in_tree(objects, ray)
+    }
+
+    /// Marks the rays of a batch that meet anything; those marked already are passed over.
+    pub(super) fn mark_blocked(&self, objects: &[Object], rays: &[Ray], blocked: &mut [bool]) {
+        if let ([ray], [blocked]) = (rays, &mut *blocked) {
+            *blocked = *blocked || self.blocked(objects, ray);
+            return;
+        }
+        for &index in &self.everywhere {
+            objects[index].surface.mark_blocked(rays, blocked);
+        }
+        for (ray, blocked) in rays.iter().zip(blocked) {
+            *blocked = *blocked || self.blocked_in_tree(objects, ray);
+        }
+    }
+
+    /// Finds the first object along a ray when `first` is the first of those that are everywhere.
+    fn search(
+        &self,
+        objects: &[Object],
+        ray: &Ray,
+        mut first: Option<(usize, Hit)>,
+    ) -> Option<(usize, Hit)> {
+        let Some(tree) = &self.tree else { return first };
+        let rest = ray.up_to(first.map_or(ray.t_max, |(_, hit)| hit.distance));
+        tree.closest(&rest, |index, t_max| {
+            let surface = &objects[index].surface;
+            let hit = surface.hit(&ray.up_to(t_max))?;
+            // A ray that ends at the very distance may have been cut by a rounding: only the uncut answer decides between equals.
+            let equal = |t: f64| surface.hit(ray).is_some_and(|uncut| uncut.distance <= t);
+            let wins = first.is_none_or(|(other, best)| {
+                hit.distance < best.distance || (index < other && equal(best.distance))
+            });
+            if wins {
+                first = Some((index, hit));
+            }
+            wins.then_some(hit.distance)
+        });
+        first
+    }
+
+    fn blocked_in_tree(&self, objects: &[Object], ray: &Ray) -> bool {
+        let blocked = |index: usize| objects[index].surface.blocked(ray);
+        self.tree.as_ref().is_some_and(|tree| tree.any(ray, blocked))
+    }
+}
+
+/// Tells whether a box is one of those the tree can hold.
+fn is_local(bounds: &Aabb) -> bool {
+    let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
+    !bounds.is_empty() && largest <= LARGEST
+}
+
+/// Keeps the hit of a later object when it is nearer than the first so far, and ends the ray there.
+fn keep_first(first: &mut Option<(usize, Hit)>, rest: &mut Ray, index: usize, hit: Option<Hit>) {
+    if let Some(hit) = hit
+        && first.is_none_or(|(_, best)| hit.distance < best.distance)
+    {
+        rest.t_max = hit.distance;
+        *first = Some((index, hit));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DQuat;
+
+    use super::*;
+    use crate::math::{Placement, Randomness, Rgb, Stream, sampling};
+    use crate::scene::Material;
+    use crate::sh::Coefficients;
+    use crate::surface::primitives::{AxisBox, Plane, Sphere};
+    use crate::surface::{Instance, Intersector, SampleArea, ShSurface};
+
+    fn grey() -> Material {
+        Material::lambert(Rgb::grey(0.5)).expect("valid")
+    }
+
+    fn object<S: SampleArea + 'static>(surface: S) -> Object {
+        Object::new("o", surface, grey())
+    }
+
+    fn ball(at: DVec3, radius: f64) -> Object {
+        object(Sphere::new(at, radius).expect("valid"))
+    }
+
+    fn cube(low: DVec3, high: DVec3) -> AxisBox {
+        AxisBox::new(low, high).expect("valid")
+    }
+
+    fn plane(point: DVec3, normal: DVec3) -> Object {
+        let surface = Arc::new(Plane::new(point, normal).expect("valid"));
+        Object { name: "p".to_owned(), surface, area: None, materials: vec![grey()] }
+    }
+
+    fn body() -> Arc<ShSurface> {
+        let mut c = Coefficients::zeros(2);
+        c.set(0, 0, 1.0, 0.0);
+        c.set(2, 1, 0.2, -0.1);
+        Arc::new(ShSurface::new(&c, Intersector::Certified).expect("positive"))
+    }
+
+    fn point(stream: &mut Stream, reach: f64) -> DVec3 {
+        let [x, y, z, _] = stream.next_4d();
+        reach * (2.0 * DVec3::new(x, y, z) - 1.0)
+    }
+
+    /// Balls, boxes and bodies of all sizes in a room, with two planes; some twice, so that there are equals.
+    fn crowd(stream: &mut Stream, count: usize) -> Vec<Object> {
+        let body = body();
+        let mut objects = vec![
+            plane(DVec3::new(0.0, 0.0, -9.0), DVec3::Z),
+            object(cube(DVec3::splat(-10.0), DVec3::splat(10.0)).turned_inward(true)),
+        ];
+        for i in 0..count {
+            let at = point(stream, 8.0);
+            let [size, x, y, z] = stream.next_4d();
+            let size = 10_f64.powf(-2.0 * size);
+            let new = match i % 4 {
+                0 => ball(at, size),
+                1 => object(cube(at, at + size * DVec3::new(0.1 + x, 0.1 + y, 0.1 + z))),
+                2 => {
+                    let turn = DQuat::from_xyzw(x - 0.5, y, z, size);
+                    let placement = Placement::new(turn, size, at).expect("valid");
+                    object(Instance::new(body.clone(), placement))
+                }
+                _ => objects[objects.len() - 2].clone(),
+            };
+            objects.push(new);
+        }
+        objects.push(plane(DVec3::new(9.5, 0.0, 0.0), DVec3::X));
+        objects
+    }
+
+    fn rays(stream: &mut Stream, count: usize) -> Vec<Ray> {
+        let ray = |i: usize| {
+            let from = point(stream, if i.is_multiple_of(3) { 30.0 } else { 9.0 });
+            let ray = match i % 4 {
+                0 => Ray::between(from, point(stream, 9.0)).expect("distinct"),
+                _ => Ray::new(from, sampling::uniform_sphere(stream.next_2d())),
+            };
+            if i.is_multiple_of(5) { Ray { t_min: 1.0, ..ray } } else { ray }
+        };
+        (0..count).map(ray).collect()
+    }
+
+    /// Holds an index to the answers of asking all, one by one and by batches.
+    fn check(objects: &[Object], index: &Index, rays: &[Ray]) -> [usize; 2] {
+        let all = Index::asking_all(objects);
+        let mut hits = vec![None; rays.len()];
+        index.hits(objects, rays, &mut hits);
+        let mut blocked: Vec<bool> = (0..rays.len()).map(|i| i.is_multiple_of(7)).collect();
+        index.mark_blocked(objects, rays, &mut blocked);
+        for (i, ray) in rays.iter().enumerate() {
+            let truth = all.hit(objects, ray);
+            assert_eq!(index.hit(objects, ray), truth, "{ray:?}");
+            assert_eq!(hits[i], truth, "{ray:?} in a batch");
+            assert_eq!(index.blocked(objects, ray), truth.is_some(), "{ray:?}");
+            assert_eq!(blocked[i], i.is_multiple_of(7) || truth.is_some(), "{ray:?} in a batch");
+        }
+        [hits.iter().flatten().count(), hits.len()]
+    }
+
+    #[test]
+    fn nothing_is_met_in_an_empty_scene() {
+        let index = Index::new(&[]);
+        let ray = Ray::new(DVec3::ZERO, DVec3::X);
+        assert!(index.hit(&[], &ray).is_none() && !index.blocked(&[], &ray));
+        index.hits(&[], &[], &mut []);
+        index.mark_blocked(&[], &[], &mut []);
+    }
+
+    #[test]
+    fn tree_answers_as_asking_all_does() {
+        let mut stream = Stream::new(Randomness::Pseudorandom, 5, 0);
+        for count in [0, 3, FEW, FEW + 1, 20, 150] {
+            let objects = crowd(&mut stream, count);
+            let index = Index::new(&objects);
+            assert_eq!(index.tree.is_some(), count > FEW);
+            check(&objects, &index, &rays(&mut stream, 1500));
+            // Without the room, from outside as well.
+            let open = &objects[2..objects.len() - 1];
+            let [met, of] = check(open, &Index::new(open), &rays(&mut stream, 500));
+            assert!(met < of && (count < 20 || met > 0), "{met} of {of}");
+        }
+    }
+
+    #[test]
+    fn first_of_equals_is_the_first_in_the_list() {
+        // Faces of boxes in one plane, a plane there too, and one ball many times over: met at exactly equal distances.
+        let mut objects: Vec<Object> = (0..12)
+            .map(|i| {
+                object(cube(DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, f64::from(i + 1))))
+            })
+            .collect();
+        objects.push(plane(DVec3::ZERO, DVec3::Z));
+        objects.extend((0..12).map(|_| ball(DVec3::new(5.0, 0.0, 1.0), 1.0)));
+        for turn in 0..objects.len() {
+            objects.rotate_left(turn);
+            let index = Index::new(&objects);
+            assert!(index.tree.is_some());
+            let up = |x: f64| Ray::new(DVec3::new(x, 0.1, -2.0), DVec3::Z);
+            check(&objects, &index, &[up(0.0), up(0.5), up(5.0), up(5.5), up(3.0)]);
+        }
+    }
+
+    #[test]
+    fn what_is_around_all_or_endless_stays_out_of_the_tree() {
+        let mut stream = Stream::new(Randomness::Pseudorandom, 6, 0);
+        let mut objects = crowd(&mut stream, 40);
+        let huge = Placement::new(DQuat::IDENTITY, 1e100, DVec3::ZERO).expect("valid");
+        objects.push(object(Instance::new(
+            Arc::new(Sphere::new(DVec3::ZERO, 1e60).expect("valid")),
+            huge,
+        )));
+        let index = Index::new(&objects);
+        assert_eq!(index.everywhere, [0, 1, 42, 43]);
+    }
+}
