@@ -124,7 +124,10 @@ impl Surface for ShSurface {
     }
 
     fn bounds(&self) -> Aabb {
-        Aabb::of_ball(DVec3::ZERO, self.body.bounds().max)
+        match &self.tracer {
+            Tracer::Patches(patches) => patches.bounds(),
+            _ => Aabb::of_ball(DVec3::ZERO, self.body.bounds().max),
+        }
     }
 
     fn blocked(&self, ray: &Ray) -> bool {

@@ -11,6 +11,7 @@ use super::patch::Patch;
 use super::Patches;
 use crate::sh::{Bounds, Coefficients, GridSeries, Series, rounding};
 use crate::Result;
+use crate::math::Aabb;
 
 /// The largest error that is accepted while finer boards are possible, in largest radii.
 const TARGET: f64 = 1e-6;
@@ -143,9 +144,30 @@ fn assemble(board: Board, fitted: &[Fitted], bounds: &Bounds) -> Patches {
         below = groups.iter().enumerate().map(around).collect();
         across = Some(nodes);
     }
+    let bounds_of = |(i, f): (usize, &Fitted)| box_around(&board, place(i, board.side()), f.range);
+    let around = fitted.iter().enumerate().map(bounds_of).fold(Aabb::EMPTY, Aabb::union);
     let patches: Vec<Patch> = fitted.iter().map(|f| f.patch).collect();
     let width = patches.iter().map(|p| p.width).fold(0.0, f32::max);
-    Patches { board, levels, patches, radius: bounds.max, inner: bounds.min, width, level: fearless_simd::Level::new() }
+    let around = Aabb { min: bounds.max * around.min, max: bounds.max * around.max };
+    Patches { board, levels, patches, around, radius: bounds.max, inner: bounds.min, width, level: fearless_simd::Level::new() }
+}
+
+/// Bounds the surface over a patch, heights times (1, u, v) along the three axes.
+fn box_around(board: &Board, [face, row, column]: [usize; 3], [low, high]: [f64; 2]) -> Aabb {
+    let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let (across, along) = (board.cell(column), board.cell(row));
+    let corner = |u: f64, v: f64, height: f64| {
+        let mut p = DVec3::ZERO;
+        let axis = face / 2;
+        p[axis] = sign * height;
+        p[(axis + 1) % 3] = sign * (across.middle + u * across.half) * height;
+        p[(axis + 2) % 3] = sign * (along.middle + v * along.half) * height;
+        p
+    };
+    let ends = [-1.0, 1.0];
+    Aabb::of_points(ends.into_iter().flat_map(|u| {
+        ends.into_iter().flat_map(move |v| [low, high].map(|height| corner(u, v, height)))
+    }))
 }
 
 /// Gathers the planes of the children of a node; `across` counts the children along one side of a face, `None` where they stand node by node.

@@ -38,6 +38,8 @@ pub(super) struct Fitter {
 pub(super) struct Fitted {
     pub(super) patch: Patch,
     pub(super) planes: Planes,
+    /// The heights of the surface are between these.
+    pub(super) range: [f64; 2],
 }
 
 /// Two parallel planes w = low + by_u u + by_v v and w = high + by_u u + by_v v.
@@ -119,12 +121,20 @@ impl Fitter {
         let (slope, curvature) = self.derivatives(&kept);
         patch.slope = upward(slope + rounding + evaluation);
         patch.curvature = upward(curvature);
-        Fitted { patch, planes: self.planes(&kept, error, across, along) }
+        let [low, high] = hull(&self.bernstein, &kept);
+        let range = [low - error, high + error];
+        Fitted { patch, planes: self.planes(&kept, range, error, across, along), range }
     }
 
     /// Puts two planes around w = 1/Z: parallel to the tangent in the middle, and as far apart as Z (a + b x + c y) - 1 says.
-    fn planes(&self, heights: &Square, error: f64, across: &Cell, along: &Cell) -> Planes {
-        let [low, high] = hull(&self.bernstein, heights);
+    fn planes(
+        &self,
+        heights: &Square,
+        [small, large]: [f64; 2],
+        error: f64,
+        across: &Cell,
+        along: &Cell,
+    ) -> Planes {
         let middle = heights[0][0];
         let slope = |by: f64, cell: &Cell| f64::from((-by / (middle * middle) * cell.scale) as f32);
         let (by_u, by_v) = (slope(heights[0][1], across), slope(heights[1][0], along));
@@ -141,7 +151,6 @@ impl Fitter {
         let [least, most] = hull(&self.raised, &product).map(|product| 1.0 - product);
         let uncertain = error * (plane[0] + plane[1].abs() + plane[2].abs());
         let (up, down) = (least + uncertain, most - uncertain);
-        let (small, large) = (low - error, high + error);
         let over = |x: f64, of_sign: [f64; 2]| x / if x > 0.0 { of_sign[0] } else { of_sign[1] };
         let base = plane[0] - by_u * across.middle - by_v * along.middle;
         if small > 0.0 {

@@ -26,7 +26,7 @@ use self::route::{Route, Stretch};
 use self::walk::Walk;
 use super::Hit;
 use crate::Result;
-use crate::math::Ray;
+use crate::math::{Aabb, Ray};
 use crate::sh::{Bounds, Series};
 
 /// Holds the patches of a body and the tree above them. Lengths inside are in largest radii.
@@ -37,6 +37,8 @@ pub(super) struct Patches {
     levels: Vec<Vec<Node>>,
     /// Sixteen patches of a node stand together.
     patches: Vec<Patch>,
+    /// The box around the body, metres.
+    around: Aabb,
     /// The radius of the ball around the body, metres.
     radius: f64,
     /// The radius of the ball that fills it, metres.
@@ -84,6 +86,11 @@ impl Patches {
     /// Bounds how far a hit can be from the surface along a radius, metres.
     pub(super) fn error(&self) -> f64 {
         self.radius * (f64::from(self.width) + patch::TOLERANCE)
+    }
+
+    /// Gives the box around the body, metres.
+    pub(super) fn bounds(&self) -> Aabb {
+        self.around
     }
 
     /// Gives the bytes that patches and tree take.

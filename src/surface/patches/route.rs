@@ -1,6 +1,6 @@
 //! The part of a ray that the patches have to look at.
 //!
-//! Between the ball around the body, radius 1 here, and the ball that fills it, the patches decide; a ray that enters the inner ball from
+//! Between the box around the body and the ball that fills it the patches decide; a ray that enters the inner ball from
 //! outside has crossed the surface before, and on its way out nothing is met in there.
 
 use fearless_simd::Simd;
@@ -54,25 +54,37 @@ impl Patches {
     #[inline(always)]
     pub(super) fn route<S: Simd>(&self, simd: S, ray: &Ray) -> Route {
         let (o, d) = (ray.origin, ray.direction);
-        let nearest = -o.dot(d);
-        let offset2 = (o + nearest * d).length_squared();
-        let half2 = self.radius * self.radius - offset2;
-        if !(half2 >= 0.0) {
-            return Route::Nowhere;
-        }
-        let half = half2.sqrt();
-        let (enters_ball, leaves_ball) = (nearest - half, nearest + half);
-        let (start, end) = (ray.t_min.max(enters_ball), ray.t_max.min(leaves_ball));
+        let (enters_box, leaves_box) = self.through_box(ray);
+        let (start, end) = (ray.t_min.max(enters_box), ray.t_max.min(leaves_box));
         if !(start <= end) {
             return Route::Nowhere;
         }
-        let inner2 = self.inner * self.inner - offset2;
-        let from_ball = enters_ball >= ray.t_min;
-        if from_ball {
+        let nearest = -o.dot(d);
+        let inner2 = self.inner * self.inner - (o + nearest * d).length_squared();
+        if enters_box >= ray.t_min {
             let enter = if inner2 > 0.0 { nearest - inner2.sqrt() } else { f64::INFINITY };
             return self.outside(ray, start, end, enter);
         }
         self.within(simd, ray, start, end, nearest, inner2)
+    }
+
+    /// Gives the distances between which a ray is in the box around the body; a ray along a face of it counts as inside.
+    #[inline(always)]
+    fn through_box(&self, ray: &Ray) -> (f64, f64) {
+        // A little more than the roundings of a quotient.
+        const WIDEN: f64 = 1.0 + 4.0 * f64::EPSILON;
+        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
+        let (min, max) = (self.around.min.to_array(), self.around.max.to_array());
+        let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+        for axis in 0..3 {
+            let inverse = 1.0 / d[axis];
+            let (a, b) = ((min[axis] - o[axis]) * inverse, (max[axis] - o[axis]) * inverse);
+            // A ray in the plane of a face gives NaN, which max and min pass over.
+            let (first, last) = if inverse < 0.0 { (b, a) } else { (a, b) };
+            enter = enter.max(first);
+            leave = leave.min(last * WIDEN);
+        }
+        (enter, leave)
     }
 
     #[inline(always)]
@@ -82,7 +94,7 @@ impl Patches {
         Route::Outside { stretch: self.stretch(ray, start, end, Side::Outside), enters }
     }
 
-    /// Finds the route of a ray that starts in the ball.
+    /// Finds the route of a ray that starts in the box.
     #[inline(always)]
     fn within<S: Simd>(
         &self,
