@@ -2,10 +2,10 @@
 
 use fearless_simd::Simd;
 
+use super::Patches;
 use super::patch::{Step, Tangent};
 use super::route::Stretch;
-use super::walk::{Move, Walk};
-use super::Patches;
+use super::walk::Walk;
 
 /// Rays that walk together: enough to hide the arithmetic of one behind the others, few enough for the nearest cache.
 pub(super) const TOGETHER: usize = 32;
@@ -26,42 +26,16 @@ impl List {
         self.count += 1;
     }
 
-    /// Takes all rays.
-    #[inline(always)]
-    fn take(&mut self) -> Self {
-        std::mem::replace(self, Self::EMPTY)
-    }
-
     #[inline(always)]
     fn iter(&self) -> impl Iterator<Item = u8> {
         self.rays[..self.count.min(TOGETHER)].iter().copied()
     }
 }
 
-/// Which rays make which move next.
-struct Agenda {
-    open: List,
-    search: List,
-    face: List,
-}
-
-impl Agenda {
-    #[inline(always)]
-    fn add(&mut self, ray: u8, next: Move) {
-        match next {
-            Move::Open => self.open.add(ray),
-            Move::Search => self.search.add(ray),
-            Move::Face => self.face.add(ray),
-        }
-    }
-
-    fn is_empty(&self) -> bool {
-        self.open.count + self.search.count + self.face.count == 0
-    }
-}
-
 impl Patches {
     /// Follows up to [`TOGETHER`] stretches to their first crossings, with `ANY` to any, and shows each to `found` with its place.
+    ///
+    /// What a ray does next chooses the list it is put on, not a branch: which ray does what is not to be foreseen.
     #[inline(always)]
     pub(super) fn trace_together<S: Simd, const ANY: bool>(
         &self,
@@ -71,49 +45,64 @@ impl Patches {
     ) {
         let Some(first) = stretches.first() else { return };
         let mut walks = [Walk::new(self, first); TOGETHER];
-        let mut agenda = Agenda { open: List::EMPTY, search: List::EMPTY, face: List::EMPTY };
+        let mut tangents = [Tangent::UNKNOWN; TOGETHER];
+        let mut open = List::EMPTY;
         for (ray, stretch) in stretches.iter().enumerate().take(TOGETHER) {
             walks[ray] = Walk::new(self, stretch);
-            agenda.open.add(ray as u8);
+            open.add(ray as u8);
         }
-        while !agenda.is_empty() {
-            let mut opened = agenda.open.take();
-            if ANY {
-                let mut unsure = List::EMPTY;
-                for ray in opened.iter() {
-                    let walk = &mut walks[usize::from(ray) % TOGETHER];
-                    if self.open(simd, walk) {
-                        found(usize::from(ray), walk, &Tangent::UNKNOWN);
-                    } else {
-                        unsure.add(ray);
+        let (mut search, mut turn) = (List::EMPTY, List::EMPTY);
+        while open.count + search.count + turn.count > 0 {
+            // Rays that go on to open a node, to approach a patch, to cross to the next face.
+            let mut next = [List::EMPTY; 3];
+            // Rays whose search goes on, has found a root, has found none.
+            let mut searched = [List::EMPTY; 3];
+            for ray in open.iter() {
+                let certain = self.open(simd, walk_of(&mut walks, ray));
+                if ANY && certain {
+                    searched[1].add(ray);
+                } else {
+                    turn.add(ray);
+                }
+            }
+            for ray in turn.iter() {
+                next[self.turn(walk_of(&mut walks, ray)) as usize].add(ray);
+            }
+            let [mut opening, approaching, crossing] = next;
+            for ray in approaching.iter() {
+                let past = self.approach(walk_of(&mut walks, ray)) == Step::Past;
+                searched[2 * usize::from(past)].add(ray);
+            }
+            for ray in search.iter() {
+                let end = match self.step(simd, walk_of(&mut walks, ray)) {
+                    Step::On => 0,
+                    Step::Root(tangent) => {
+                        tangents[usize::from(ray) % TOGETHER] = tangent;
+                        1
                     }
-                }
-                opened = unsure;
-            } else {
-                for ray in opened.iter() {
-                    self.open(simd, &mut walks[usize::from(ray) % TOGETHER]);
-                }
+                    Step::Past => 2,
+                };
+                searched[end].add(ray);
             }
-            for ray in opened.iter() {
-                let next = self.turn(&mut walks[usize::from(ray) % TOGETHER]);
-                agenda.add(ray, next);
+            for ray in searched[1].iter() {
+                found(
+                    usize::from(ray),
+                    walk_of(&mut walks, ray),
+                    &tangents[usize::from(ray) % TOGETHER],
+                );
             }
-            for ray in agenda.search.take().iter() {
-                let walk = &mut walks[usize::from(ray) % TOGETHER];
-                match self.step(simd, walk) {
-                    Step::On => agenda.search.add(ray),
-                    Step::Past => {
-                        let next = self.turn(walk);
-                        agenda.add(ray, next);
-                    }
-                    Step::Root(tangent) => found(usize::from(ray), walk, &tangent),
+            for ray in crossing.iter() {
+                if walk_of(&mut walks, ray).cross(self) {
+                    opening.add(ray);
                 }
             }
-            for ray in agenda.face.take().iter() {
-                if walks[usize::from(ray) % TOGETHER].next_face(self) {
-                    agenda.open.add(ray);
-                }
-            }
+            [search, _, turn] = searched;
+            open = opening;
         }
     }
+}
+
+#[inline(always)]
+fn walk_of(walks: &mut [Walk; TOGETHER], ray: u8) -> &mut Walk {
+    &mut walks[usize::from(ray) % TOGETHER]
 }

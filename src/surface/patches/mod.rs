@@ -111,7 +111,7 @@ impl Patches {
     pub(super) fn blocked(&self, ray: &Ray) -> Answer<bool> {
         dispatch!(self.level, simd => {
             let route = self.route(simd, ray);
-            self.obstructed(simd, &route)
+            self.obstructed(simd, ray, &route)
         })
     }
 
@@ -131,10 +131,21 @@ impl Patches {
             Route::Nowhere => None,
             Route::Series => return Answer::AskSeries,
             Route::Outside { stretch, .. } => self.first_on(simd, ray, stretch),
-            Route::Inside([one, two]) => match self.first_on(simd, ray, one) {
-                None => self.first_on(simd, ray, two),
-                found => found,
-            },
+            Route::Inside(stretches) => self.way_out(ray, stretches),
+        })
+    }
+
+    /// Finds the first hit of a ray from inside; a function of its own, since it is rare and long.
+    #[inline(never)]
+    fn way_out(&self, ray: &Ray, stretches: &[Stretch; 2]) -> Option<Hit> {
+        dispatch!(self.level, simd => {
+            let mut hit = None;
+            for stretch in stretches {
+                if hit.is_none() {
+                    hit = self.first_on(simd, ray, stretch);
+                }
+            }
+            hit
         })
     }
 
@@ -145,15 +156,13 @@ impl Patches {
     }
 
     #[inline(always)]
-    fn obstructed<S: Simd>(&self, simd: S, route: &Route) -> Answer<bool> {
+    fn obstructed<S: Simd>(&self, simd: S, ray: &Ray, route: &Route) -> Answer<bool> {
         Answer::Known(match route {
             Route::Nowhere => false,
             Route::Series => return Answer::AskSeries,
             Route::Outside { enters: true, .. } => true,
             Route::Outside { stretch, .. } => self.trace::<_, true>(simd, stretch).is_some(),
-            Route::Inside([one, two]) => {
-                self.trace::<_, true>(simd, one).is_some() || self.trace::<_, true>(simd, two).is_some()
-            }
+            Route::Inside(stretches) => self.way_out(ray, stretches).is_some(),
         })
     }
 
@@ -201,7 +210,7 @@ impl Patches {
                 match self.route(simd, ray) {
                     Route::Nowhere => {}
                     Route::Outside { stretch, enters: false } => group.add(place, stretch),
-                    route => match self.obstructed(simd, &route) {
+                    route => match self.obstructed(simd, ray, &route) {
                         Answer::Known(known) => blocked[place] = known,
                         Answer::AskSeries => unanswered.push(place),
                     },

@@ -43,10 +43,10 @@ pub(super) struct Walk {
 pub(super) enum Move {
     /// It looks into a node.
     Open,
-    /// It searches a patch.
-    Search,
+    /// It looks for the stretch of a patch to search.
+    Approach,
     /// It crosses to the next face.
-    Face,
+    Cross,
 }
 
 impl Patches {
@@ -63,14 +63,17 @@ impl Patches {
                 return Some((walk, Tangent::UNKNOWN));
             }
             let mut next = self.turn(&mut walk);
-            while next == Move::Search {
-                next = match self.step(simd, &mut walk) {
-                    Step::On => Move::Search,
-                    Step::Root(tangent) => return Some((walk, tangent)),
-                    Step::Past => self.turn(&mut walk),
+            while next == Move::Approach {
+                let mut step = self.approach(&mut walk);
+                while step == Step::On {
+                    step = self.step(simd, &mut walk);
                 }
+                if let Step::Root(tangent) = step {
+                    return Some((walk, tangent));
+                }
+                next = self.turn(&mut walk);
             }
-            if next == Move::Face && !walk.next_face(self) {
+            if next == Move::Cross && !walk.cross(self) {
                 return None;
             }
         }
@@ -87,45 +90,48 @@ impl Patches {
         meeting.certain
     }
 
-    /// Makes the move [`Move::Search`] by one step.
+    /// Finds the next move after a node has been opened or a patch searched in vain, and goes there.
+    #[inline(always)]
+    pub(super) fn turn(&self, walk: &mut Walk) -> Move {
+        let waiting = walk.waiting >> (16 * walk.level);
+        if waiting == 0 {
+            return Move::Cross;
+        }
+        // Nodes above are left behind when nothing waits below them.
+        let next = waiting.trailing_zeros();
+        let up = next / 16;
+        walk.waiting &= walk.waiting - 1;
+        let lane = (next % 16) as usize ^ walk.probe.flip();
+        walk.level += up;
+        let row = (walk.row >> (2 * up)) as usize * FAN + lane / FAN;
+        let column = (walk.column >> (2 * up)) as usize * FAN + lane % FAN;
+        (walk.row, walk.column) = (row as u32, column as u32);
+        if walk.level == 0 {
+            return Move::Approach;
+        }
+        walk.level -= 1;
+        Move::Open
+    }
+
+    /// Makes the move [`Move::Approach`]: from the walk's node down to the patch, up to the plane before it.
+    #[inline(always)]
+    pub(super) fn approach(&self, walk: &mut Walk) -> Step {
+        let (row, column) = (walk.row as usize, walk.column as usize);
+        // Back to the node, from where the next turn is made.
+        (walk.row, walk.column) = (walk.row / FAN as u32, walk.column / FAN as u32);
+        let lane = (row % FAN) * FAN + column % FAN;
+        let mut local = walk.line.over(self.board.cell(column), self.board.cell(row));
+        local.enter = self.node(walk).reach(lane, &walk.line, walk.side, local.enter);
+        let patch = self.patch_index(walk.line.face, row, column);
+        walk.patch = patch as u32;
+        walk.search = self.patches[patch].search(&walk.line, local);
+        if local.enter <= local.leave { Step::On } else { Step::Past }
+    }
+
+    /// Searches the patch one step further.
     #[inline(always)]
     pub(super) fn step<S: Simd>(&self, simd: S, walk: &mut Walk) -> Step {
         self.patches[walk.patch as usize].step(simd, &walk.line, walk.side, &mut walk.search)
-    }
-
-    /// Finds the next move after a node has been opened or a patch searched in vain.
-    #[inline(always)]
-    pub(super) fn turn(&self, walk: &mut Walk) -> Move {
-        loop {
-            let shift = 16 * walk.level;
-            let waiting = walk.waiting >> shift;
-            if waiting & 0xFFFF == 0 {
-                walk.level += 1;
-                (walk.row, walk.column) = (walk.row / FAN as u32, walk.column / FAN as u32);
-                if walk.level as usize == self.levels.len() {
-                    return Move::Face;
-                }
-                continue;
-            }
-            let next = waiting.trailing_zeros();
-            walk.waiting &= !(1 << (shift + next));
-            let lane = next as usize ^ walk.probe.flip();
-            let row = walk.row as usize * FAN + lane / FAN;
-            let column = walk.column as usize * FAN + lane % FAN;
-            if walk.level > 0 {
-                walk.level -= 1;
-                (walk.row, walk.column) = (row as u32, column as u32);
-                return Move::Open;
-            }
-            let mut local = walk.line.over(self.board.cell(column), self.board.cell(row));
-            local.enter = self.node(walk).reach(lane, &walk.line, walk.side, local.enter);
-            if local.enter <= local.leave {
-                let patch = self.patch_index(walk.line.face, row, column);
-                walk.patch = patch as u32;
-                walk.search = self.patches[patch].search(&walk.line, local);
-                return Move::Search;
-            }
-        }
     }
 
     /// Tells on which side of the surface a point is, in largest radii; `None` when it is too near to say.
@@ -188,9 +194,9 @@ impl Walk {
         }
     }
 
-    /// Makes the move [`Move::Face`]; false where the ray ends before.
+    /// Makes the move [`Move::Cross`]; false where the ray ends before.
     #[inline(always)]
-    pub(super) fn next_face(&mut self, patches: &Patches) -> bool {
+    pub(super) fn cross(&mut self, patches: &Patches) -> bool {
         let Some(face) = self.line.next_face() else { return false };
         if self.faces == FACES {
             return false;
