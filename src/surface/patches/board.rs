@@ -51,7 +51,9 @@ impl Board {
     /// Cuts faces into `side` x `side` patches, one of [`SIDES`].
     pub(super) fn new(side: usize) -> Self {
         let plane = |k: usize| (FRAC_PI_4 * (2.0 * k as f64 / side as f64 - 1.0)).tan();
-        let planes: Vec<f64> = (0..=side).map(plane).collect();
+        let mut planes: Vec<f64> = (0..=side).map(plane).collect();
+        // The borders of the face, to the last bit.
+        (planes[0], planes[side]) = (-1.0, 1.0);
         let cells = planes.windows(2).map(Cell::between).collect();
         let mut board = Self { side, planes, cells, levels: Vec::new() };
         let mut width = 1;

@@ -40,3 +40,60 @@ fn error_in_ellipse(f: &Coefficients, cell: &Cell, points: usize, rho: f64) -> f
 pub(super) fn lebesgue(points: usize) -> f64 {
     2.0 / PI * (points as f64).ln() + 1.0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::board::Board;
+    use super::super::fit::chebyshev_point;
+    use super::*;
+    use crate::sh::Series;
+    use glam::DVec3;
+
+    /// Interpolates g at Chebyshev points by the barycentric formula.
+    fn interpolate(g: &[f64], x: f64) -> f64 {
+        let n = g.len();
+        let (mut over, mut under) = (0.0, 0.0);
+        for (k, value) in g.iter().enumerate() {
+            let angle = PI * (k as f64 + 0.5) / n as f64;
+            let weight = if k % 2 == 0 { angle.sin() } else { -angle.sin() };
+            let share = weight / (x - chebyshev_point(k, n));
+            (over, under) = (over + share * value, under + share);
+        }
+        over / under
+    }
+
+    #[test]
+    fn bound_holds_for_single_degrees_and_falls_with_the_points() {
+        let board = Board::new(8);
+        for l in [2, 8, 20] {
+            let mut f = Coefficients::zeros(l);
+            for m in 0..=l {
+                f.set(l, m, ((m * 7 + 1) as f64).sin(), ((m * 5) as f64).cos());
+            }
+            let series = Series::new(&f).expect("small");
+            for place in [0, 3, 7] {
+                let cell = board.cell(place);
+                for v in [-1.0, 0.1, 0.7] {
+                    let z = |x: f64| {
+                        let p = DVec3::new(cell.middle + cell.half * x, v, 1.0);
+                        series.value(p.normalize()) / p.length()
+                    };
+                    let mut last = f64::INFINITY;
+                    for points in [4, 6, 8, 12] {
+                        let g: Vec<f64> =
+                            (0..points).map(|k| z(chebyshev_point(k, points))).collect();
+                        let off = |i: i32| {
+                            let x = f64::from(i) / 50.5;
+                            (interpolate(&g, x) - z(x)).abs()
+                        };
+                        let worst = (-50..=50).map(off).fold(0.0, f64::max);
+                        let bound = interpolation_error(&f, cell, points);
+                        assert!(worst <= bound + 1e-13, "{l} {points}: {worst:e} {bound:e}");
+                        assert!(bound <= last);
+                        last = bound;
+                    }
+                }
+            }
+        }
+    }
+}

@@ -288,3 +288,67 @@ fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
 fn upward(x: f64) -> f32 {
     (x as f32).next_up()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::board::Board;
+    use super::*;
+
+    /// Samples Z at the points of a cell, and at a fine grid.
+    fn heights(z: impl Fn(f64, f64) -> f64, cells: [&Cell; 2]) -> [[f64; POINTS]; POINTS] {
+        let at = |cell: &Cell, k| cell.middle + cell.half * chebyshev_point(k, POINTS);
+        std::array::from_fn(|j| std::array::from_fn(|i| z(at(cells[0], i), at(cells[1], j))))
+    }
+
+    fn value(patch: &Patch, x: f64, y: f64) -> f64 {
+        let term = |k: usize| {
+            let (i, j) = (k % ORDER, k / ORDER);
+            f64::from(patch.rows[j / 2][i + ORDER * (j % 2)]) * x.powi(i as i32) * y.powi(j as i32)
+        };
+        patch.base + (0..ORDER * ORDER).map(term).sum::<f64>()
+    }
+
+    #[test]
+    fn patch_is_above_the_surface_by_no_more_than_its_width_and_between_its_planes() {
+        let board = Board::new(8);
+        let z = |u: f64, v: f64| {
+            (0.8 + 0.1 * (3.0 * u + v).sin() * (2.0 * v).cos()) / (1.0 + u * u + v * v).sqrt()
+        };
+        let fitter = Fitter::new();
+        for (column, row) in [(0, 0), (3, 4), (7, 2), (5, 5)] {
+            let cells = [board.cell(column), board.cell(row)];
+            let Fitted { patch, planes, range } = fitter.fit(&heights(z, cells), 1e-9, cells);
+            assert!(f64::from(patch.width) <= 1e-6, "{}", patch.width);
+            for k in 0..=40 * 40 {
+                let (x, y) = (f64::from(k % 41) / 20.0 - 1.0, f64::from(k / 41) / 20.0 - 1.0);
+                let (u, v) =
+                    (cells[0].middle + x * cells[0].half, cells[1].middle + y * cells[1].half);
+                let (exact, above) = (z(u, v), value(&patch, x, y));
+                assert!(exact <= above && above <= exact + f64::from(patch.width));
+                assert!(range[0] <= exact && exact <= range[1]);
+                let plane = planes.by_u * u + planes.by_v * v;
+                assert!(planes.low + plane <= 1.0 / exact && 1.0 / exact <= planes.high + plane);
+            }
+            // Over a cell of 0.2 the surface leaves its tangent by a few hundredths.
+            assert!(planes.high - planes.low <= 0.1, "{planes:?}");
+        }
+    }
+
+    #[test]
+    fn derivatives_of_a_polynomial_are_bounded_tightly() {
+        let board = Board::new(4);
+        let cells = [board.cell(1), board.cell(2)];
+        let local = |at: f64, cell: &Cell| (at - cell.middle) * cell.scale;
+        // Z = 1 + x y / 10 + x^2 / 5 in the cell: the Hessian is ((0.4, 0.1), (0.1, 0)).
+        let z = |u: f64, v: f64| {
+            let (x, y) = (local(u, cells[0]), local(v, cells[1]));
+            1.0 + 0.1 * x * y + 0.2 * x * x
+        };
+        let patch = Fitter::new().fit(&heights(z, cells), 0.0, cells).patch;
+        let (curvature, slope) = (f64::from(patch.curvature), f64::from(patch.slope));
+        let exact = 0.2 + 0.2_f64.hypot(0.1);
+        assert!(exact <= curvature && curvature <= 1.4 * exact);
+        let steepest = 0.5_f64.hypot(0.1);
+        assert!(steepest <= slope && slope <= 1.4 * steepest);
+    }
+}
