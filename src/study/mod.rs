@@ -1,4 +1,4 @@
-//! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees.
+//! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees, checking an intersector.
 
 mod batch;
 mod check;
@@ -7,6 +7,7 @@ mod fit;
 mod fit_points;
 mod grids;
 mod load;
+mod ray_check;
 mod reshape;
 mod solids;
 mod sweep;
@@ -20,5 +21,9 @@ pub use compare::{
 pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
 pub use fit_points::{PointFit, fit_points};
 pub use load::{FittedObject, Loaded, SensorGroup, camera, load};
+pub use ray_check::{
+    CheckShape, RayCheck, RayCheckSettings, RayFault, RayQuestion, RayRule, check_rays,
+    check_shapes,
+};
 pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
 pub use sweep::{SweepRow, sweep, sweep_figure};
