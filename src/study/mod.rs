@@ -3,6 +3,7 @@
 mod batch;
 mod check;
 mod compare;
+mod detail;
 mod fit;
 mod fit_points;
 mod grids;
@@ -18,6 +19,7 @@ pub use compare::{
     CompareSettings, Comparison, DistanceMap, Hausdorff, NormalAngles, Pair, RadialDifference,
     Subject, compare,
 };
+pub use detail::{Detail, detail};
 pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
 pub use fit_points::{PointFit, fit_points};
 pub use load::{FittedObject, Loaded, SensorGroup, camera, load};
