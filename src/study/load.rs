@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::detail::{Detail, detail};
 use super::fit::{Fit, FitSettings, fit};
 use super::{grids, solids};
 use crate::io::coefficients::{self, ReadOptions, SeriesFormat};
@@ -13,7 +14,9 @@ use crate::io::scene_file::{
     self, BoxFace, CameraSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
     PlacementSpec, SceneFile, SensorSpec, ShSpec,
 };
+use crate::math::Placement;
 use crate::scene::{Material, Object, Perspective, PointLight, Scene, Sensor};
+use crate::sh::Coefficients;
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
 use crate::surface::{
     Instance, Intersector, MeshReport, MeshSurface, SampleArea, ShSurface, StepBisection, Surface,
@@ -28,6 +31,8 @@ pub struct Loaded {
     pub sensors: Vec<SensorGroup>,
     /// The SH objects that were fitted from meshes.
     pub fits: Vec<FittedObject>,
+    /// The degrees that SH objects were given for a picture, with their certificates.
+    pub details: Vec<DetailedObject>,
     /// What is probably not meant, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -50,24 +55,42 @@ pub struct FittedObject {
     pub fit: Fit,
 }
 
+/// Names an object whose degree was chosen for a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DetailedObject {
+    /// The name in the scene file.
+    pub name: String,
+    /// The degree and what it may cost.
+    pub detail: Detail,
+}
+
 /// An object with what the checks need to know of it.
 struct Built {
     object: Object,
     /// Whether its surface has an inside.
     closed: bool,
     fit: Option<Fit>,
+    detail: Option<Detail>,
     /// What is wrong with the mesh it was made of.
     deficiencies: Vec<String>,
 }
 
-/// Builds the scene that a file describes.
+/// Builds the scene that a file describes, all SH objects at their full degree.
 ///
 /// # Errors
 /// [`Error::Input`] (or [`Error::Parameter`] for an override) that points at the key concerned: a file that cannot be used, a mesh that cannot be
 /// fitted, a light inside an object.
 pub fn load(file: &SceneFile) -> Result<Loaded> {
-    let built: Vec<Built> =
-        file.objects.iter().map(|(name, spec)| build(file, name, spec)).collect::<Result<_>>()?;
+    load_seen(file, None)
+}
+
+/// Builds the scene for a picture that `camera` takes: SH objects get the degrees that the `detail` of the file, or of the object, allows.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_seen(file: &SceneFile, camera: Option<&Perspective>) -> Result<Loaded> {
+    let built = file.objects.iter().map(|(name, spec)| build(file, name, spec, camera));
+    let built: Vec<Built> = built.collect::<Result<_>>()?;
     let mut warnings = faulty_meshes(&built);
     warnings.extend(overlaps(&built));
     let lights = lights(file, &built)?;
@@ -77,10 +100,12 @@ pub fn load(file: &SceneFile) -> Result<Loaded> {
         .iter()
         .filter_map(|b| Some(FittedObject { name: b.object.name.clone(), fit: b.fit.clone()? }));
     let fits = fits.collect();
+    let named = |b: &Built| Some(DetailedObject { name: b.object.name.clone(), detail: b.detail? });
+    let details = built.iter().filter_map(named).collect();
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
     let sensors = sensors(file, &scene)?;
     warnings.extend(misplaced_sensors(&sensors, &solids));
-    Ok(Loaded { scene, sensors, fits, warnings })
+    Ok(Loaded { scene, sensors, fits, details, warnings })
 }
 
 /// Builds the camera that `[render]` names, or the only one.
@@ -102,10 +127,22 @@ fn material(file: &SceneFile, name: &str) -> Result<Material> {
     }
 }
 
-fn build(file: &SceneFile, name: &str, spec: &ObjectSpec) -> Result<Built> {
+fn build(
+    file: &SceneFile,
+    name: &str,
+    spec: &ObjectSpec,
+    camera: Option<&Perspective>,
+) -> Result<Built> {
     let own = material(file, spec.material())?;
-    let solid = |object| Built { object, closed: true, fit: None, deficiencies: Vec::new() };
-    let open = |object| Built { object, closed: false, fit: None, deficiencies: Vec::new() };
+    let bare = |object, closed| Built {
+        object,
+        closed,
+        fit: None,
+        detail: None,
+        deficiencies: Vec::new(),
+    };
+    let solid = |object| bare(object, true);
+    let open = |object| bare(object, false);
     match spec {
         ObjectSpec::Box(s) => {
             let surface = AxisBox::new(s.min, s.max)?.turned_inward(s.inward);
@@ -129,7 +166,7 @@ fn build(file: &SceneFile, name: &str, spec: &ObjectSpec) -> Result<Built> {
             Ok(open(Object { name: name.to_owned(), surface, area: None, materials }))
         }
         ObjectSpec::Mesh(s) => build_mesh(file, name, s, own),
-        ObjectSpec::Sh(s) => build_sh(file, name, s, own),
+        ObjectSpec::Sh(s) => build_sh(file, name, s, own, camera),
     }
 }
 
@@ -141,10 +178,16 @@ fn build_mesh(file: &SceneFile, name: &str, spec: &MeshSpec, own: Material) -> R
     let surface = surface.map_err(|e| at_key(file, &key, &spec.file, &e))?;
     let object = place(name, surface, &spec.placement(), DVec3::ZERO, own)?;
     let closed = report.is_closed() && !report.is_inside_out();
-    Ok(Built { object, closed, fit: None, deficiencies: report.deficiencies() })
+    Ok(Built { object, closed, fit: None, detail: None, deficiencies: report.deficiencies() })
 }
 
-fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Result<Built> {
+fn build_sh(
+    file: &SceneFile,
+    name: &str,
+    spec: &ShSpec,
+    own: Material,
+    camera: Option<&Perspective>,
+) -> Result<Built> {
     let key = ["objects", name, "sh", "file"];
     let (series, centre, fit) = if SeriesFormat::of_extension(&spec.file.resolved).is_some() {
         let shape =
@@ -156,10 +199,27 @@ fn build_sh(file: &SceneFile, name: &str, spec: &ShSpec, own: Material) -> Resul
         let fit = fit(&mesh, &settings).map_err(|e| at_key(file, &key, &spec.file, &e))?;
         (fit.coefficients.clone(), fit.centre, Some(fit))
     };
+    let (series, detail) =
+        simplified(series, &spec.placement().about(centre)?, file, spec, camera)?;
     let surface = ShSurface::new(&series, intersector(spec))
         .map_err(|e| at_key(file, &key, &spec.file, &e))?;
     let object = place(name, surface, &spec.placement(), centre, own)?;
-    Ok(Built { object, closed: true, fit, deficiencies: Vec::new() })
+    Ok(Built { object, closed: true, fit, detail, deficiencies: Vec::new() })
+}
+
+/// Truncates a series as far as a picture allows; not at all where nothing asks for it.
+fn simplified(
+    series: Coefficients,
+    placement: &Placement,
+    file: &SceneFile,
+    spec: &ShSpec,
+    camera: Option<&Perspective>,
+) -> Result<(Coefficients, Option<Detail>)> {
+    let (Some(camera), Some(tolerance)) = (camera, spec.detail.or(file.render.detail)) else {
+        return Ok((series, None));
+    };
+    let chosen = detail(&series, placement, camera, &tolerance)?;
+    Ok((series.truncated(chosen.degree), Some(chosen)))
 }
 
 fn intersector(spec: &ShSpec) -> Intersector {

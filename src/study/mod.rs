@@ -22,7 +22,7 @@ pub use compare::{
 pub use detail::{Detail, detail};
 pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
 pub use fit_points::{PointFit, fit_points};
-pub use load::{FittedObject, Loaded, SensorGroup, camera, load};
+pub use load::{DetailedObject, FittedObject, Loaded, SensorGroup, camera, load, load_seen};
 pub use ray_check::{
     CheckShape, RayCheck, RayCheckSettings, RayFault, RayQuestion, RayRule, check_rays,
     check_shapes,
