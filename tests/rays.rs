@@ -8,6 +8,7 @@ use common::bumpy;
 use glam::DVec3;
 use harmolux::io::meshes;
 use harmolux::math::Ray;
+use harmolux::math::sampling::uniform_sphere;
 use harmolux::sh::Coefficients;
 use harmolux::study::{CheckShape, RayCheckSettings, check_rays, check_shapes};
 use harmolux::surface::{Hit, Intersector, ShSurface, StepBisection, Surface, project_conforming};
@@ -130,6 +131,28 @@ fn every_answer_to_every_finite_ray_has_sense() {
             Ok(())
         })
         .expect("every ray keeps to it");
+}
+
+/// From 1e9 radii off, where one rounding of the distance is more than what a cell of the shell is widened by, rays once stood still for ever; from 1e6 radii
+/// off some passed through a sphere, on which the point where they came in was rounded to its inside.
+#[test]
+fn rays_from_far_off_end_and_hit() {
+    for (which, surface) in surfaces().iter().enumerate() {
+        // The march may miss.
+        let is_certain = which % 3 < 2;
+        for exponent in 6..18 {
+            for i in 0..200 {
+                let u = [(f64::from(i) + 0.5) / 200.0, (f64::from(i) * 0.618).fract()];
+                let d = uniform_sphere(u);
+                let aside = 0.005 * f64::from(i) * d.any_orthonormal_vector();
+                let ray = Ray::new(aside - 10_f64.powi(exponent) * d, d);
+                let hit = surface.hit(&ray);
+                // Up to 0.3 radii beside the centre of bodies that hold a ball of 0.5; points are rounded to 1e-7 of that at most.
+                let must_hit = is_certain && i <= 60 && exponent <= 9;
+                assert!(!must_hit || hit.is_some() && surface.blocked(&ray), "{which}: {ray:?}");
+            }
+        }
+    }
 }
 
 #[test]
