@@ -133,8 +133,8 @@ fn every_answer_to_every_finite_ray_has_sense() {
         .expect("every ray keeps to it");
 }
 
-/// From 1e9 radii off, where one rounding of the distance is more than what a cell of the shell is widened by, rays once stood still for ever; from 1e6 radii
-/// off some passed through a sphere, on which the point where they came in was rounded to its inside.
+/// From 1e9 radii off, where one rounding of the distance is more than what a cell of the shell is widened by, rays once stood still for
+/// ever; from 1e6 radii off some passed through a sphere, on which the point where they came in was rounded to its inside.
 #[test]
 fn rays_from_far_off_end_and_hit() {
     for (which, surface) in surfaces().iter().enumerate() {

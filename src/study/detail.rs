@@ -3,12 +3,14 @@
 //! Let t = f - f' be what truncation leaves out, |t| <= e and |grad_S t| <= s everywhere (see [`crate::sh::TruncationError`]).
 //!
 //! * Position. In every direction from the centre the surface moves by |t|, at most by E = k e in the room, k the scale of the object. A point at
-//!   distance r >= d from the eye, d the distance of the eye from the ball about the object, moves on the image plane (at distance 1 from the eye) from
-//!   X / z to (X + a) / (z + b), |(a, b)| <= E. The difference (a z - X b) / (z (z + b)) is at most E (r / z) / (z - E). For what is in the image z >= r cos c, c the angle between the
-//!   view and the corners of the image, so that this is at most E / (cos c (d cos c - E)); over the size of a pixel there, it is the error in pixels.
+//!   distance r >= d from the eye, d the distance of the eye from the ball about the object, moves on the image plane (at distance 1 from the eye)
+//!   from X / z to (X + a) / (z + b), |(a, b)| <= E. The difference (a z - X b) / (z (z + b)) is at most E (r / z) / (z - E). For what is in
+//!   the image z >= r cos c, c the angle between the view and the corners of the image, so that this is at most
+//!   E / (cos c (d cos c - E)); over the size of a pixel on that plane, it is the error in pixels.
 //! * Normal. An outward normal is n = f e_r - grad_S f, of length f at least; that of the truncated series in the same direction is off by
-//!   -t e_r + grad_S t, that is by sqrt(e^2 + s^2) at most. The line of n' passes the tip of n at |n - n'| at most, so the angle between the two has a sine of at
-//!   most sqrt(e^2 + s^2) / min f. (On an image the truncated surface may also show another direction at a pixel; that is the error of position.)
+//!   -t e_r + grad_S t, that is by sqrt(e^2 + s^2) at most. The line of n' passes the tip of n at |n - n'| at most, so the angle between the
+//!   two has a sine of at most sqrt(e^2 + s^2) / min f. (On an image the truncated surface may also show another direction at a pixel; that
+//!   is the error of position.)
 //!
 //! What is seen in other ways (shadows, light that is reflected) follows the truncated shape too and is not in the pixels.
 
@@ -40,8 +42,8 @@ pub struct Detail {
 /// The part of the smallest radius that truncation may take away: what is left is certainly star-shaped.
 const LARGEST_SHARE: f64 = 0.5;
 
-/// Chooses the degree of an object whose radius is `series`, placed in a room, for a picture. It is the full degree if the eye is within the ball that holds
-/// the object, if a tolerance is 0, and if nothing lower will do.
+/// Chooses the degree of an object whose radius is `series`, placed in a room, for a picture. It is the full degree if the eye is within
+/// the ball that holds the object, if a tolerance is 0, and if nothing lower will do.
 ///
 /// # Errors
 /// [`crate::Error::Parameter`] for a degree too high to evaluate.
