@@ -98,7 +98,9 @@ impl<'a> Judge<'a> {
         let Some(hit) = found else { return self.passes_nothing(f64::INFINITY, 0.0) };
         self.sound(hit)?;
         self.on_ray(hit)?;
-        if !(self.gap_ratio(hit) <= 1.0) {
+        // The comparison that a gap that is no number fails.
+        let within_error = self.gap_ratio(hit) <= 1.0;
+        if !within_error {
             return Err(RayRule::WithinError);
         }
         let depth = self.depth(self.own_side(), hit.distance);

@@ -112,7 +112,7 @@ fn check_block(examined: &dyn Surface, oracle: &ShSurface, block: &[TestRay]) ->
     let rays: Vec<Ray> = block.iter().map(|test| test.ray).collect();
     let mut batch = vec![None; rays.len()];
     examined.hits(&rays, &mut batch);
-    let premarked = |i: usize| i % MARKED_EVERY == 0;
+    let premarked = |i: usize| i.is_multiple_of(MARKED_EVERY);
     let mut marks: Vec<bool> = (0..rays.len()).map(premarked).collect();
     examined.mark_blocked(&rays, &mut marks);
     let mut check = RayCheck::default();
