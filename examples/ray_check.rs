@@ -33,7 +33,7 @@ struct Arguments {
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let arguments = Arguments::parse();
     println!(
-        "| shape | degree | rays | hits | differences | misses | largest |G|/error | deepest passed/error | broken | seconds |"
+        "| shape | degree | rays | hits | differences | misses | largest G/error | deepest passed/error | broken | seconds |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     let mut holds = true;
