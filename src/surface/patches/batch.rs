@@ -2,10 +2,10 @@
 
 use fearless_simd::Simd;
 
+use super::Patches;
 use super::patch::{Step, Tangent};
 use super::route::Stretch;
 use super::walk::{Move, Walk};
-use super::Patches;
 
 /// Rays that walk together: enough to hide the arithmetic of one behind the others, few enough for the nearest cache.
 pub(super) const TOGETHER: usize = 32;

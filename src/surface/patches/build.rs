@@ -3,14 +3,14 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::Patches;
 use super::board::{Board, Cell, FAN, SIDES, Spans};
 use super::certificate::{interpolation_error, lebesgue};
 use super::fit::{Fitted, Fitter, POINTS, Planes, chebyshev_point};
 use super::node::Node;
 use super::patch::Patch;
-use super::Patches;
-use crate::sh::{Bounds, Coefficients, GridSeries, Series, rounding};
 use crate::Result;
+use crate::sh::{Bounds, Coefficients, GridSeries, Series, rounding};
 
 /// The largest error that is accepted while finer boards are possible, in largest radii.
 const TARGET: f64 = 1e-6;
@@ -65,14 +65,16 @@ pub(super) fn build(series: &Series, bounds: &Bounds) -> Result<Patches> {
 fn on_board(f: &Coefficients, bounds: &Bounds, radii: &Radii, board: Board) -> Patches {
     let scale = 1.0 / bounds.max;
     let (side, fitter) = (board.side(), Fitter::new());
-    let own = rounding(f) + if matches!(radii, Radii::Grid(_)) { GRID_ERROR * bounds.max } else { 0.0 };
+    let own =
+        rounding(f) + if matches!(radii, Radii::Grid(_)) { GRID_ERROR * bounds.max } else { 0.0 };
     let beyond: Vec<f64> =
         (0..side).map(|i| interpolation_error(f, board.cell(i), POINTS)).collect();
     let count = 6 * side * side;
     let fitted: Vec<Fitted> = (0..count.div_ceil(PER_TASK))
         .into_par_iter()
         .flat_map_iter(|task| {
-            let places = (task * PER_TASK..count.min((task + 1) * PER_TASK)).map(|i| place(i, side));
+            let places =
+                (task * PER_TASK..count.min((task + 1) * PER_TASK)).map(|i| place(i, side));
             let places: Vec<[usize; 3]> = places.collect();
             let directions: Vec<(DVec3, f64)> =
                 places.iter().flat_map(|p| points(&board, *p)).collect();
@@ -82,10 +84,10 @@ fn on_board(f: &Coefficients, bounds: &Bounds, radii: &Radii, board: Board) -> P
                 values.iter().zip(&directions).map(|(f, (_, per_s))| scale * f * per_s).collect();
             let (beyond, fitter, board) = (&beyond, &fitter, &board);
             let fits = places.iter().zip(heights.chunks(POINTS * POINTS)).map(|(p, heights)| {
-                let table = std::array::from_fn(|j| {
-                    std::array::from_fn(|i| heights[j * POINTS + i])
-                });
-                let away = beyond[p[2]] + lebesgue(POINTS) * (beyond[p[1]] + lebesgue(POINTS) * own);
+                let table =
+                    std::array::from_fn(|j| std::array::from_fn(|i| heights[j * POINTS + i]));
+                let away =
+                    beyond[p[2]] + lebesgue(POINTS) * (beyond[p[1]] + lebesgue(POINTS) * own);
                 fitter.fit(&table, scale * away, [board.cell(p[2]), board.cell(p[1])])
             });
             fits.collect::<Vec<_>>()
@@ -145,7 +147,15 @@ fn assemble(board: Board, fitted: &[Fitted], bounds: &Bounds) -> Patches {
     }
     let patches: Vec<Patch> = fitted.iter().map(|f| f.patch).collect();
     let width = patches.iter().map(|p| p.width).fold(0.0, f32::max);
-    Patches { board, levels, patches, radius: bounds.max, inner: bounds.min, width, level: fearless_simd::Level::new() }
+    Patches {
+        board,
+        levels,
+        patches,
+        radius: bounds.max,
+        inner: bounds.min,
+        width,
+        level: fearless_simd::Level::new(),
+    }
 }
 
 /// Gathers the planes of the children of a node; `across` counts the children along one side of a face, `None` where they stand node by node.

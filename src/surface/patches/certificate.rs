@@ -13,8 +13,7 @@ use super::board::Cell;
 use crate::sh::Coefficients;
 
 /// The ellipses that are tried.
-const RHO: [f64; 14] =
-    [1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.5, 8.0, 10.0, 13.0, 17.0, 22.0, 30.0, 60.0];
+const RHO: [f64; 14] = [1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.5, 8.0, 10.0, 13.0, 17.0, 22.0, 30.0, 60.0];
 
 /// Bounds the interpolation of Z at `points` Chebyshev points along one direction of the cell, in the unit of the coefficients.
 pub(super) fn interpolation_error(f: &Coefficients, cell: &Cell, points: usize) -> f64 {

@@ -145,7 +145,12 @@ impl Fitter {
         let over = |x: f64, of_sign: [f64; 2]| x / if x > 0.0 { of_sign[0] } else { of_sign[1] };
         let base = plane[0] - by_u * across.middle - by_v * along.middle;
         if small > 0.0 {
-            Planes { low: base + over(down, [large, small]), high: base + over(up, [small, large]), by_u, by_v }
+            Planes {
+                low: base + over(down, [large, small]),
+                high: base + over(up, [small, large]),
+                by_u,
+                by_v,
+            }
         } else {
             // A height that may reach zero has no plane above it.
             Planes { low: 1.0 / large, high: f64::INFINITY, by_u: 0.0, by_v: 0.0 }

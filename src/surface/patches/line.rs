@@ -123,7 +123,10 @@ impl Line {
         let [u0, u1] = ends(across, self.u, self.per_u);
         let [v0, v1] = ends(along, self.v, self.per_v);
         Local {
-            origin: [(self.u - across.middle) * across.scale, (self.v - along.middle) * along.scale],
+            origin: [
+                (self.u - across.middle) * across.scale,
+                (self.v - along.middle) * along.scale,
+            ],
             scale: [across.scale, along.scale],
             by: [self.du * across.scale, self.dv * along.scale],
             enter: u0.max(v0).max(0.0),

@@ -145,7 +145,8 @@ impl Patches {
             Route::Outside { enters: true, .. } => true,
             Route::Outside { stretch, .. } => self.trace::<_, true>(simd, stretch).is_some(),
             Route::Inside([one, two]) => {
-                self.trace::<_, true>(simd, one).is_some() || self.trace::<_, true>(simd, two).is_some()
+                self.trace::<_, true>(simd, one).is_some()
+                    || self.trace::<_, true>(simd, two).is_some()
             }
         })
     }

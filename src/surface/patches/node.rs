@@ -3,9 +3,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
+use super::Side;
 use super::board::Spans;
 use super::line::Line;
-use super::Side;
 
 /// Planes w = low + by_u u + by_v v below the surface over each child, lane j * 4 + i for child i along u, j along v; raised by `thickness` they are above it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,7 +143,8 @@ impl Probe {
 /// Turns a mask of children so that the first that a line meets is its lowest bit: along a line they never go back.
 #[inline(always)]
 fn in_order(bits: u32, near: [u8; 2]) -> u32 {
-    let within = (bits & 0x1111) << 3 | (bits & 0x2222) << 1 | bits >> 1 & 0x2222 | bits >> 3 & 0x1111;
+    let within =
+        (bits & 0x1111) << 3 | (bits & 0x2222) << 1 | bits >> 1 & 0x2222 | bits >> 3 & 0x1111;
     let bits = if near[0] == 1 { within } else { bits };
     let between = bits << 12 & 0xF000 | bits << 4 & 0x0F00 | bits >> 4 & 0x00F0 | bits >> 12;
     if near[1] == 1 { between } else { bits }

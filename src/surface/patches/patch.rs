@@ -120,8 +120,7 @@ impl Patch {
         let x2 = x * x;
         let powers = factor(0, x) * factor(1, x2) * factor(2, x2 * x2);
         let monomials = powers * factor(3, y);
-        let by_x = f32x16::splat(simd, 0.0).slide::<15>(monomials)
-            * f32x16::simd_from(simd, POWER);
+        let by_x = f32x16::splat(simd, 0.0).slide::<15>(monomials) * f32x16::simd_from(simd, POWER);
         let by_y = powers * f32x16::simd_from(simd, SET[3]);
         Folded { sums, slopes, monomials, by_x, by_y }
     }
@@ -130,8 +129,8 @@ impl Patch {
     #[inline(always)]
     pub(super) fn tangent<S: Simd>(&self, simd: S, x: f64, y: f64) -> Tangent {
         let f = self.fold(simd, x as f32, y as f32);
-        let dy = (f.slopes * f.monomials)
-            .mul_add(f32x16::splat(simd, 2.0 * y as f32), f.sums * f.by_y);
+        let dy =
+            (f.slopes * f.monomials).mul_add(f32x16::splat(simd, 2.0 * y as f32), f.sums * f.by_y);
         let sum = |lanes: f32x16<S>| f64::from(lanes.reduce_sum());
         let (height, dx) = (sum(f.sums * f.monomials), sum(f.sums * f.by_x));
         Tangent { height: self.base + height, dx, dy: sum(dy) }
@@ -165,7 +164,8 @@ impl Patch {
         let root = change.mul_add(change, 2.0 * bend * value.max(0.0)).sqrt();
         let falling = change < 0.0;
         // One division for both forms of the step.
-        let (over, under) = if falling { (2.0 * value, root - change) } else { (change + root, bend) };
+        let (over, under) =
+            if falling { (2.0 * value, root - change) } else { (change + root, bend) };
         let step = over / under;
         search.steps += 1;
         // F at the end of a step down is at most K step^2: no need to look where that is nothing.
@@ -189,4 +189,3 @@ impl Patch {
         (turn + w * f64::from(self.curvature) * speed2).max(f64::MIN_POSITIVE)
     }
 }
-

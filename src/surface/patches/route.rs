@@ -27,13 +27,8 @@ pub(super) struct Stretch {
 
 impl Stretch {
     /// A stretch of no length, to fill arrays with.
-    pub(super) const NONE: Self = Self {
-        at: DVec3::X,
-        direction: DVec3::X,
-        start: 0.0,
-        length: 0.0,
-        side: Side::Outside,
-    };
+    pub(super) const NONE: Self =
+        Self { at: DVec3::X, direction: DVec3::X, start: 0.0, length: 0.0, side: Side::Outside };
 }
 
 /// What patches have to look at to answer a ray.
