@@ -4,6 +4,7 @@ mod arguments;
 mod check;
 mod convert;
 mod convert_mesh;
+mod detail_report;
 mod diff;
 mod exit;
 mod fit;

@@ -12,14 +12,14 @@ use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec, split_override};
 use harmolux::math::Randomness;
 use harmolux::scene::{Perspective, Scene};
-use harmolux::study::{FittedObject, Loaded, camera, load, mesh_bytes, series_bytes};
+use harmolux::study::{FittedObject, Loaded, camera, load, load_seen, mesh_bytes, series_bytes};
 use serde_json::json;
 
 use super::arguments::{SceneArguments, size};
 use super::exit::Code;
 use super::fit::about;
 use super::progress::{self, Meter};
-use super::{interrupt, say};
+use super::{detail_report, interrupt, say};
 
 /// Render the luminance, cd/m2, that a camera sees
 ///
@@ -46,7 +46,8 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let file = read_scene(&verb.common)?;
     let camera = sized(camera(&file)?, verb);
     let outputs = open_outputs(verb)?;
-    let loaded = load_scene(&file)?;
+    let loaded = tell(load_seen(&file, Some(&camera))?);
+    detail_report::tell(&loaded.details);
     let settings = settings(&file.render, &loaded.scene, &verb.common);
     interrupt::listen();
     let meter = Meter::start("rendering", "median relative error");
@@ -65,7 +66,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     }
     warn(&rendering);
     if as_json {
-        say::data(&report_json(&loaded.fits, &rendering, &written).to_string());
+        say::data(&report_json(&loaded, &rendering, &written).to_string());
     } else {
         report(&loaded.fits, &rendering, &written);
     }
@@ -82,7 +83,11 @@ pub(crate) fn read_scene(common: &SceneArguments) -> Result<SceneFile> {
 
 /// Builds the scene and says what was noticed.
 pub(crate) fn load_scene(file: &SceneFile) -> Result<Loaded> {
-    let loaded = load(file)?;
+    Ok(tell(load(file)?))
+}
+
+/// Says what was noticed.
+fn tell(loaded: Loaded) -> Loaded {
     for warning in &loaded.warnings {
         say::warning(warning);
     }
@@ -94,7 +99,7 @@ pub(crate) fn load_scene(file: &SceneFile) -> Result<Loaded> {
             1e3 * fit.projection_time.as_secs_f64()
         ));
     }
-    Ok(loaded)
+    loaded
 }
 
 /// Takes the stop of the scene file; a quick look takes a tenth of the walks, which is sqrt(10) times the error.
@@ -271,13 +276,10 @@ fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
     say::pairs(&lines);
 }
 
-fn report_json(
-    fits: &[FittedObject],
-    rendering: &Rendering,
-    written: &[PathBuf],
-) -> serde_json::Value {
+fn report_json(loaded: &Loaded, rendering: &Rendering, written: &[PathBuf]) -> serde_json::Value {
     let film = &rendering.film;
-    let objects: Vec<_> = fits
+    let objects: Vec<_> = loaded
+        .fits
         .iter()
         .map(|FittedObject { name, fit }| {
             json!({
@@ -294,6 +296,7 @@ fn report_json(
     let (mean, standard_error) = film.mean();
     json!({
         "objects": objects,
+        "details": detail_report::json(&loaded.details),
         "resolution": film.size(),
         "mean_luminance": mean,
         "mean_luminance_stderr": standard_error,

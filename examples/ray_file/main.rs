@@ -99,7 +99,7 @@ fn run(arguments: &Arguments) -> Outcome<()> {
         method => {
             let coefficients = project_conforming(&mesh, DVec3::ZERO, arguments.lmax)?;
             let (build, surface) = built(|| ShSurface::new(&coefficients, intersector(method)))?;
-            report(arguments, &rays, &surface, build, sh_bytes(&surface))
+            report(arguments, &rays, &surface, build, surface.patch_bytes())
         }
     }
 }
@@ -133,11 +133,6 @@ fn intersector(method: Method) -> Intersector {
         Method::Step => Intersector::StepBisection(StepBisection::default()),
         Method::Patches | Method::Mesh => Intersector::Patches,
     }
-}
-
-/// Gives the bytes that rays against an SH surface use.
-fn sh_bytes(_surface: &ShSurface) -> usize {
-    0
 }
 
 fn report(

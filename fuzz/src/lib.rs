@@ -1,15 +1,19 @@
-//! What the fuzz targets share: one call for each reader, under a bound on the memory it may take.
+//! What the fuzz targets share: one call for each reader, under a bound on the memory it may take, and one for rays.
 //!
 //! A reader may refuse what it is given, and must do nothing else: not panic, not run without end, not allocate more than a constant and a
 //! multiple of the number of bytes. Past that bound the allocator fails, which ends the process, which is a finding.
 
 use std::alloc::System;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use cap::Cap;
+use glam::DVec3;
 use harmolux::io::coefficients::{ReadOptions, SeriesFormat, Shape, binary, compact, parse};
 use harmolux::io::{meshes, scene_file::SceneFile};
-use harmolux::sh::Convention;
+use harmolux::math::Ray;
+use harmolux::sh::{Coefficients, Convention};
+use harmolux::surface::{Intersector, ShSurface, StepBisection, Surface};
 
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
@@ -106,6 +110,54 @@ pub fn compact(data: &[u8]) {
 pub fn scene(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     bounded(data, PER_BYTE, |_| drop(SceneFile::parse(Path::new("scene.toml"), text, &[])));
+}
+
+/// Asks a sphere and a bumpy body what rays of any bits hit, one by one and as a batch, by every intersector.
+pub fn rays(data: &[u8]) {
+    static SURFACES: OnceLock<Vec<ShSurface>> = OnceLock::new();
+    let rays: Vec<Ray> = data.as_chunks::<64>().0.iter().filter_map(ray).collect();
+    for surface in SURFACES.get_or_init(surfaces) {
+        let single: Vec<_> = rays.iter().map(|ray| surface.hit(ray)).collect();
+        let mut batch = vec![None; rays.len()];
+        surface.hits(&rays, &mut batch);
+        assert_eq!(single, batch);
+        let mut marks = vec![false; rays.len()];
+        surface.mark_blocked(&rays, &mut marks);
+        for ((ray, hit), mark) in rays.iter().zip(single).zip(marks) {
+            assert_eq!(mark, surface.blocked(ray), "{ray:?}");
+            let Some(hit) = hit else { continue };
+            for hit in [hit, surface.refine(&hit)] {
+                assert!(hit.point.is_finite() && hit.error > 0.0 && hit.error.is_finite(), "{ray:?}");
+                assert!((hit.normal.length() - 1.0).abs() <= 1e-12, "{ray:?}");
+                assert!(ray.contains(hit.distance), "{ray:?}");
+            }
+        }
+    }
+}
+
+/// Takes eight numbers as origin, direction (made a unit vector) and ends of a ray; `None` where that is no direction.
+fn ray(bytes: &[u8; 64]) -> Option<Ray> {
+    let [x, y, z, u, v, w, t_min, t_max] =
+        std::array::from_fn(|i| f64::from_le_bytes(std::array::from_fn(|k| bytes[8 * i + k])));
+    let direction = DVec3::new(u, v, w).try_normalize()?;
+    Some(Ray { t_min, t_max, ..Ray::new(DVec3::new(x, y, z), direction) })
+}
+
+/// Makes a sphere and a body of degree 6, for each intersector.
+fn surfaces() -> Vec<ShSurface> {
+    let mut body = Coefficients::zeros(6);
+    body.set(0, 0, 1.0, 0.0);
+    let sphere = body.truncated(0);
+    for (l, m) in (1..=6).flat_map(|l| (0..=l).map(move |m| (l, m))) {
+        let x = (7 * l + 3 * m) as f64;
+        body.set(l, m, 0.3 * x.sin() / (l * l) as f64, 0.3 * x.cos() / (l * l) as f64);
+    }
+    let march = Intersector::StepBisection(StepBisection { step: 0.2, tolerance: 1e-6 });
+    let with = |shape: &Coefficients| {
+        [Intersector::Patches, Intersector::Certified, march]
+            .map(|intersector| ShSurface::new(shape, intersector).expect("a positive radius"))
+    };
+    [with(&sphere), with(&body)].concat()
 }
 
 /// Checks what every shape promises.

@@ -72,6 +72,18 @@ impl Perspective {
         self.from
     }
 
+    /// Gives the side of a pixel on the image plane at distance 1: the tangent of the angle a pixel in the middle of the image is seen under.
+    pub fn pixel(&self) -> f64 {
+        2.0 * self.down.length() / f64::from(self.resolution[1])
+    }
+
+    /// Gives the cosine of the angle between the view and the corners of the image.
+    pub fn corner_cosine(&self) -> f64 {
+        let [width, height] = self.resolution.map(f64::from);
+        let corner = self.right * (width / height) + self.down;
+        1.0 / (1.0 + corner.length_squared()).sqrt()
+    }
+
     /// Makes the ray through a film position in pixels: (0, 0) is the top left corner of the image, (0.5, 0.5) the middle of its first pixel.
     pub fn ray(&self, film: DVec2) -> Ray {
         let [width, height] = self.resolution.map(f64::from);
@@ -104,6 +116,10 @@ mod tests {
         assert!((top - DVec3::new(0.0, 1.0, 1.0).normalize()).length() <= 1e-15);
         let right = camera.ray(DVec2::new(200.0, 50.0)).direction;
         assert!((right - DVec3::new(2.0, 1.0, 0.0).normalize()).length() <= 1e-15);
+        // 100 pixels are the height 2 at distance 1.
+        assert!((camera.pixel() - 0.02).abs() <= 1e-16);
+        let corner = camera.ray(DVec2::ZERO).direction.dot(DVec3::Y);
+        assert!((camera.corner_cosine() - corner).abs() <= 1e-15);
     }
 
     #[test]

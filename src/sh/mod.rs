@@ -23,6 +23,7 @@ mod series;
 mod shape;
 mod spectrum;
 mod transform;
+mod truncation;
 mod two_step;
 
 pub use align::{Alignment, Top, align};
@@ -46,3 +47,4 @@ pub use series::{Jet, Series};
 pub use shape::{Area, PrincipalAxes, Solid, area, volume};
 pub use spectrum::{DegreePower, Spectrum};
 pub use transform::{Transform, analysis, synthesis};
+pub use truncation::{TruncationError, sufficient_degree, truncation_error};

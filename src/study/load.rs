@@ -5,15 +5,18 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::detail::{Detail, detail};
 use super::fit::Fit;
 use super::grids;
-use super::shared_surfaces::{ShShape, SharedSurfaces};
+use super::shared_surfaces::SharedSurfaces;
 use super::solids::{Body, Solid};
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
     PlacementSpec, SceneFile, SensorSpec, ShSpec,
 };
+use crate::math::Placement;
 use crate::scene::{Material, Object, Perspective, PointLight, Scene, Sensor};
+use crate::sh::Coefficients;
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
 use crate::surface::{Instance, Intersector, SampleArea, StepBisection, Surface};
 use crate::{Error, Result};
@@ -26,6 +29,8 @@ pub struct Loaded {
     pub sensors: Vec<SensorGroup>,
     /// The SH objects that were fitted from meshes.
     pub fits: Vec<FittedObject>,
+    /// The degrees that SH objects were given for a picture, with their certificates.
+    pub details: Vec<DetailedObject>,
     /// What is probably not meant, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -48,29 +53,48 @@ pub struct FittedObject {
     pub fit: Arc<Fit>,
 }
 
+/// Names an object whose degree was chosen for a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DetailedObject {
+    /// The name in the scene file.
+    pub name: String,
+    /// The degree and what it may cost.
+    pub detail: Detail,
+}
+
 /// An object with what the checks need to know of it.
 struct Built {
     object: Object,
     body: Body,
     fit: Option<Arc<Fit>>,
+    detail: Option<Detail>,
     /// What is wrong with the mesh it was made of.
     deficiencies: Arc<[String]>,
 }
 
 impl Built {
     fn new(object: Object, body: Body) -> Self {
-        Self { object, body, fit: None, deficiencies: Arc::default() }
+        Self { object, body, fit: None, detail: None, deficiencies: Arc::default() }
     }
 }
 
-/// Builds the scene that a file describes.
+/// Builds the scene that a file describes, all SH objects at their full degree.
 ///
 /// # Errors
 /// [`Error::Input`] (or [`Error::Parameter`] for an override) that points at the key concerned: a file that cannot be used, a mesh that cannot be
 /// fitted, a light inside an object.
 pub fn load(file: &SceneFile) -> Result<Loaded> {
+    load_seen(file, None)
+}
+
+/// Builds the scene for a picture that `camera` takes: SH objects get the degrees that the `detail` of the file, or of the object, allows.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_seen(file: &SceneFile, camera: Option<&Perspective>) -> Result<Loaded> {
     let mut shared = SharedSurfaces::default();
-    let built = file.objects.iter().map(|(name, spec)| build(file, &mut shared, name, spec));
+    let built =
+        file.objects.iter().map(|(name, spec)| build(file, &mut shared, name, spec, camera));
     let built: Vec<Built> = built.collect::<Result<_>>()?;
     let solids: Vec<Solid> = built.iter().filter_map(|b| Solid::new(&b.object, b.body)).collect();
     let mut warnings = faulty_meshes(&built);
@@ -81,10 +105,12 @@ pub fn load(file: &SceneFile) -> Result<Loaded> {
         .iter()
         .filter_map(|b| Some(FittedObject { name: b.object.name.clone(), fit: b.fit.clone()? }));
     let fits = fits.collect();
+    let named = |b: &Built| Some(DetailedObject { name: b.object.name.clone(), detail: b.detail? });
+    let details = built.iter().filter_map(named).collect();
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
     let sensors = sensors(file, &scene)?;
     warnings.extend(misplaced_sensors(&sensors, &solids));
-    Ok(Loaded { scene, sensors, fits, warnings })
+    Ok(Loaded { scene, sensors, fits, details, warnings })
 }
 
 /// Builds the camera that `[render]` names, or the only one.
@@ -111,6 +137,7 @@ fn build(
     shared: &mut SharedSurfaces,
     name: &str,
     spec: &ObjectSpec,
+    camera: Option<&Perspective>,
 ) -> Result<Built> {
     let own = material(file, spec.material())?;
     match spec {
@@ -140,7 +167,7 @@ fn build(
             Ok(Built::new(object, Body::Open))
         }
         ObjectSpec::Mesh(s) => build_mesh(file, shared, name, s, own),
-        ObjectSpec::Sh(s) => build_sh(file, shared, name, s, own),
+        ObjectSpec::Sh(s) => build_sh(file, shared, name, s, own, camera),
     }
 }
 
@@ -165,13 +192,28 @@ fn build_sh(
     name: &str,
     spec: &ShSpec,
     own: Material,
+    camera: Option<&Perspective>,
 ) -> Result<Built> {
-    let shape =
-        ShShape { degree: spec.degree, centre: spec.centre, intersector: intersector(spec) };
-    let sh = shared.sh(&spec.file.resolved, &shape);
-    let sh = sh.map_err(|e| at_file(file, &["objects", name, "sh", "file"], &spec.file, e))?;
-    let object = place(name, sh.surface, &spec.placement(), sh.centre, own)?;
-    Ok(Built { fit: sh.fit, ..Built::new(object, Body::Closed) })
+    let at_key = |e| at_file(file, &["objects", name, "sh", "file"], &spec.file, e);
+    let shape = shared.sh(&spec.file.resolved, spec.degree, spec.centre).map_err(at_key)?;
+    let placement = spec.placement().about(shape.centre)?;
+    let detail = seen_detail(&shape.series, &placement, file, spec, camera).map_err(at_key)?;
+    let degree = detail.map_or(shape.series.lmax(), |d| d.degree);
+    let surface = shape.surface(degree, intersector(spec)).map_err(at_key)?;
+    let object = place(name, surface, &spec.placement(), shape.centre, own)?;
+    Ok(Built { fit: shape.fit.clone(), detail, ..Built::new(object, Body::Closed) })
+}
+
+/// Chooses the degree that a picture allows; nothing where nothing asks for it.
+fn seen_detail(
+    series: &Coefficients,
+    placement: &Placement,
+    file: &SceneFile,
+    spec: &ShSpec,
+    camera: Option<&Perspective>,
+) -> Result<Option<Detail>> {
+    let asked = camera.zip(spec.detail.or(file.render.detail));
+    asked.map(|(camera, tolerance)| detail(series, placement, camera, &tolerance)).transpose()
 }
 
 fn intersector(spec: &ShSpec) -> Intersector {
@@ -324,8 +366,8 @@ mod tests {
     use super::*;
     use crate::estimators::{SensorEstimator, SensorSettings, Stop, Weighting, illuminance};
     use crate::io::coefficients::{SeriesFormat, Shape, WriteOptions, encode};
+    use crate::io::scene_file::DetailSpec;
     use crate::math::Randomness;
-    use crate::sh::Coefficients;
 
     const HALL: &str = r#"format = 1
 [materials.grey.lambert]
@@ -383,6 +425,32 @@ normal = [0, 0, 1]
         let lit = illuminance(&loaded.scene, sensors, &settings, &|_| ControlFlow::Continue(()));
         let lit = lit.expect("there is a lamp").results;
         assert!(lit.iter().all(|r| r.total.mean > 0.0), "{lit:?}");
+    }
+
+    #[test]
+    fn heads_of_one_file_and_chosen_degree_share_a_surface_and_far_ones_have_lower_degrees() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut file = hall(folder.path(), 32);
+        file.render.detail = Some(DetailSpec { pixels: 1.0, normal: 180.0 });
+        let eye = DVec3::new(0.2, 2.0, 1.5);
+        let camera = Perspective::new(eye, eye + DVec3::X, 1.0, [64, 48]).expect("valid");
+        let mut shared = SharedSurfaces::default();
+        let built: Vec<Built> = (0..32)
+            .map(|i| format!("head{i}"))
+            .map(|name| build(&file, &mut shared, &name, &file.objects[&name], Some(&camera)))
+            .collect::<Result<_>>()
+            .expect("builds");
+        let degrees: Vec<usize> = built.iter().filter_map(|b| b.detail).map(|d| d.degree).collect();
+        assert_eq!(degrees.len(), 32);
+        assert!(degrees[0] == 4 && degrees[31] < 4, "{degrees:?}");
+        assert!(degrees.is_sorted_by(|near, far| near >= far), "{degrees:?}");
+        let of_file = shared.sh(&folder.path().join("head.csv"), 4, None).expect("is there");
+        for degree in 0..=4 {
+            let surface = of_file.surface(degree, Intersector::Patches).expect("a body");
+            let users = degrees.iter().filter(|d| **d == degree).count();
+            // One more holds the store, and one this test.
+            assert_eq!(Arc::strong_count(&surface), users + 2, "degree {degree} of {degrees:?}");
+        }
     }
 
     #[test]

@@ -1,12 +1,14 @@
-//! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees.
+//! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees, checking an intersector.
 
 mod batch;
 mod check;
 mod compare;
+mod detail;
 mod fit;
 mod fit_points;
 mod grids;
 mod load;
+mod ray_check;
 mod reshape;
 mod shared_surfaces;
 mod solids;
@@ -18,8 +20,13 @@ pub use compare::{
     CompareSettings, Comparison, DistanceMap, Hausdorff, NormalAngles, Pair, RadialDifference,
     Subject, compare,
 };
+pub use detail::{Detail, detail};
 pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
 pub use fit_points::{PointFit, fit_points};
-pub use load::{FittedObject, Loaded, SensorGroup, camera, load};
+pub use load::{DetailedObject, FittedObject, Loaded, SensorGroup, camera, load, load_seen};
+pub use ray_check::{
+    CheckShape, RayCheck, RayCheckSettings, RayFault, RayQuestion, RayRule, check_rays,
+    check_shapes,
+};
 pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
 pub use sweep::{SweepRow, sweep, sweep_figure};

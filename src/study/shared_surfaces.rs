@@ -1,5 +1,5 @@
-//! The surfaces that come from files: objects that name the same file with the same settings share one, so it is read, fitted and
-//! prepared for rays once however often it stands in a scene.
+//! The surfaces that come from files: objects that name the same file with the same settings share one, so it is read and fitted once however
+//! often it stands in a scene, and prepared for rays once for each degree that level of detail chooses.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -11,27 +11,48 @@ use super::fit::{Fit, FitSettings, fit};
 use crate::Result;
 use crate::io::coefficients::{self, ReadOptions, SeriesFormat};
 use crate::io::meshes;
+use crate::sh::Coefficients;
 use crate::surface::{Intersector, MeshReport, MeshSurface, ShSurface};
 
-/// Says which SH surface a file gives; placement, unit and axes come after the shape and are no part of it.
+/// Says which series a file gives; placement, unit and axes come after the shape and are no part of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ShShape {
-    /// The truncation degree.
-    pub(super) degree: usize,
+struct SeriesKey {
+    /// The degree asked for.
+    degree: usize,
     /// The expansion centre of a fit in the file's own coordinates; chosen when `None`.
-    pub(super) centre: Option<DVec3>,
-    /// How rays are met.
-    pub(super) intersector: Intersector,
+    centre: Option<DVec3>,
 }
 
-/// An SH surface with where it comes from.
-#[derive(Clone)]
+/// A series from a file, and the surfaces made of it.
 pub(super) struct SharedSh {
-    pub(super) surface: Arc<ShSurface>,
-    /// The point of the file that is the origin of the surface.
+    /// The series, at the degree asked for.
+    pub(super) series: Coefficients,
+    /// The point of the file that is the origin of the surfaces.
     pub(super) centre: DVec3,
     /// How it was fitted, if it was.
     pub(super) fit: Option<Arc<Fit>>,
+    /// By the degree they are truncated to and how rays are met.
+    surfaces: Vec<(usize, Intersector, Arc<ShSurface>)>,
+}
+
+impl SharedSh {
+    /// Gives the surface of the series truncated to `degree`.
+    ///
+    /// # Errors
+    /// As [`ShSurface::new`].
+    pub(super) fn surface(
+        &mut self,
+        degree: usize,
+        intersector: Intersector,
+    ) -> Result<Arc<ShSurface>> {
+        let known = self.surfaces.iter().find(|(d, i, _)| (*d, *i) == (degree, intersector));
+        if let Some((_, _, surface)) = known {
+            return Ok(surface.clone());
+        }
+        let surface = Arc::new(ShSurface::new(&self.series.truncated(degree), intersector)?);
+        self.surfaces.push((degree, intersector, surface.clone()));
+        Ok(surface)
+    }
 }
 
 /// A mesh surface with what is known of its mesh.
@@ -47,24 +68,31 @@ pub(super) struct SharedMesh {
 /// Holds the surfaces made so far. Files are told apart by their paths.
 #[derive(Default)]
 pub(super) struct SharedSurfaces {
-    sh: HashMap<PathBuf, Vec<(ShShape, SharedSh)>>,
+    sh: HashMap<PathBuf, Vec<(SeriesKey, SharedSh)>>,
     /// By path and whether normals are interpolated.
     meshes: HashMap<(PathBuf, bool), SharedMesh>,
 }
 
 impl SharedSurfaces {
-    /// Gives the SH surface of a coefficient file or a mesh.
+    /// Gives the series of a coefficient file or a mesh, with the surfaces made of it so far.
     ///
     /// # Errors
-    /// As the readers, [`fit`] and [`ShSurface::new`].
-    pub(super) fn sh(&mut self, path: &Path, shape: &ShShape) -> Result<SharedSh> {
+    /// As the readers and [`fit`].
+    pub(super) fn sh(
+        &mut self,
+        path: &Path,
+        degree: usize,
+        centre: Option<DVec3>,
+    ) -> Result<&mut SharedSh> {
         let of_file = self.sh.entry(path.to_owned()).or_default();
-        if let Some((_, shared)) = of_file.iter().find(|(known, _)| known == shape) {
-            return Ok(shared.clone());
-        }
-        let shared = build_sh(path, shape)?;
-        of_file.push((*shape, shared.clone()));
-        Ok(shared)
+        let key = SeriesKey { degree, centre };
+        let place = if let Some(place) = of_file.iter().position(|(known, _)| *known == key) {
+            place
+        } else {
+            of_file.push((key, read_sh(path, key)?));
+            of_file.len() - 1
+        };
+        Ok(&mut of_file[place].1)
     }
 
     /// Gives the surface of a mesh, with vertex normals interpolated for shading when it is `smooth`.
@@ -82,17 +110,16 @@ impl SharedSurfaces {
     }
 }
 
-fn build_sh(path: &Path, shape: &ShShape) -> Result<SharedSh> {
+fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<SharedSh> {
     let (series, centre, fit) = if SeriesFormat::of_extension(path).is_some() {
         let read = coefficients::read(path, &ReadOptions::default())?;
-        (read.coefficients.truncated(shape.degree), read.centre, None)
+        (read.coefficients.truncated(degree), read.centre, None)
     } else {
-        let settings = FitSettings { centre: shape.centre, ..FitSettings::of_degree(shape.degree) };
+        let settings = FitSettings { centre, ..FitSettings::of_degree(degree) };
         let fit = fit(&meshes::read(path)?, &settings)?;
         (fit.coefficients.clone(), fit.centre, Some(Arc::new(fit)))
     };
-    let surface = Arc::new(ShSurface::new(&series, shape.intersector)?);
-    Ok(SharedSh { surface, centre, fit })
+    Ok(SharedSh { series, centre, fit, surfaces: Vec::new() })
 }
 
 fn build_mesh(path: &Path, smooth: bool) -> Result<SharedMesh> {
@@ -109,31 +136,38 @@ fn build_mesh(path: &Path, smooth: bool) -> Result<SharedMesh> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sh::Series;
     use crate::surface::StepBisection;
 
-    const SHAPE: ShShape = ShShape { degree: 2, centre: None, intersector: Intersector::Certified };
+    const CUBE: &str = "OFF\n8 6 0\n-1 -1 -1\n1 -1 -1\n1 1 -1\n-1 1 -1\n-1 -1 1\n1 -1 1\n1 1 1\n-1 1 1\n\
+                        4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
 
     #[test]
     fn same_file_and_settings_share_and_any_other_setting_does_not() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("cube.off");
-        let cube = "OFF\n8 6 0\n-1 -1 -1\n1 -1 -1\n1 1 -1\n-1 1 -1\n-1 -1 1\n1 -1 1\n1 1 1\n-1 1 1\n\
-                    4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
-        std::fs::write(&path, cube).expect("written");
+        std::fs::write(&path, CUBE).expect("written");
         let mut shared = SharedSurfaces::default();
-        let first = shared.sh(&path, &SHAPE).expect("fits");
-        let again = shared.sh(&path, &SHAPE).expect("is there");
-        assert!(Arc::ptr_eq(&first.surface, &again.surface));
-        let fits = [&first, &again].map(|s| s.fit.clone().expect("was fitted"));
-        assert!(Arc::ptr_eq(&fits[0], &fits[1]));
+        let mut of = |degree, centre, truncation, intersector| {
+            let sh = shared.sh(&path, degree, centre).expect("fits");
+            let surface = sh.surface(truncation, intersector).expect("a body");
+            let exact = Series::new(&sh.series.truncated(truncation)).expect("valid");
+            assert_eq!(surface.body().series().value(DVec3::X), exact.value(DVec3::X));
+            (surface, sh.fit.clone().expect("was fitted"))
+        };
+        let (first, fit) = of(4, None, 4, Intersector::Certified);
         let march = Intersector::StepBisection(StepBisection::default());
-        for other in [
-            ShShape { degree: 3, ..SHAPE },
-            ShShape { centre: Some(DVec3::splat(0.1)), ..SHAPE },
-            ShShape { intersector: march, ..SHAPE },
+        let aside = Some(DVec3::splat(0.1));
+        for (degree, centre, truncation, intersector, same_surface, same_fit) in [
+            (4, None, 4, Intersector::Certified, true, true),
+            (4, None, 4, march, false, true),
+            (4, None, 2, Intersector::Certified, false, true),
+            (5, None, 4, Intersector::Certified, false, false),
+            (4, aside, 4, Intersector::Certified, false, false),
         ] {
-            let other = shared.sh(&path, &other).expect("fits");
-            assert!(!Arc::ptr_eq(&first.surface, &other.surface));
+            let (surface, other_fit) = of(degree, centre, truncation, intersector);
+            let told = (Arc::ptr_eq(&first, &surface), Arc::ptr_eq(&fit, &other_fit));
+            assert_eq!(told, (same_surface, same_fit), "{degree} {centre:?} {truncation}");
         }
         let [flat, smooth, flat_again] =
             [false, true, false].map(|smooth| shared.mesh(&path, smooth).expect("a mesh").surface);
@@ -144,7 +178,7 @@ mod tests {
     fn what_cannot_be_read_stays_an_error_however_often_it_is_asked_for() {
         let mut shared = SharedSurfaces::default();
         for _ in 0..2 {
-            assert!(shared.sh(Path::new("no such file.obj"), &SHAPE).is_err());
+            assert!(shared.sh(Path::new("no such file.obj"), 2, None).is_err());
             assert!(shared.mesh(Path::new("no such file.obj"), true).is_err());
         }
     }

@@ -30,7 +30,7 @@ pub(super) fn crosses(body: &RadialBody, ray: &Ray) -> bool {
     let mut t = chord.start;
     while t <= chord.end {
         match pass(body, ray, &chord, t) {
-            Passage::Above(until) => t = until,
+            Passage::Above(until) => t = until.max(t.next_up()),
             Passage::Below => return true,
             Passage::Near => {
                 let gap = known.unwrap_or_else(|| body.gap(ray, t));
@@ -53,7 +53,8 @@ enum Start {
 
 fn start(body: &RadialBody, ray: &Ray, chord: &Chord) -> Start {
     let radius = chord.lowest(chord.start, chord.start);
-    if radius >= body.bounds().max {
+    // Where a ray comes into the bounding ball it is outside, whatever the rounding of a point far from its origin says.
+    if chord.start > ray.t_min || radius >= body.bounds().max {
         return Start::Outside(None);
     }
     if radius < body.bounds().min {
@@ -69,7 +70,7 @@ fn start(body: &RadialBody, ray: &Ray, chord: &Chord) -> Start {
 
 /// How a stretch of a ray runs relative to the body.
 enum Passage {
-    /// Above everything until the given distance.
+    /// Above everything until the given distance, which far off is no more than where the ray is, to rounding.
     Above(f64),
     /// Certainly inside somewhere before the cell ends.
     Below,
@@ -105,7 +106,7 @@ fn from_outside(
     let mut t = chord.start;
     while t <= chord.end {
         if let Passage::Above(until) = pass(body, ray, chord, t) {
-            t = until;
+            t = until.max(t.next_up());
         } else {
             let gap = known.unwrap_or_else(|| body.gap(ray, t));
             if gap.value <= body.tolerance() {

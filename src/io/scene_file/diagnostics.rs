@@ -73,8 +73,14 @@ impl<'a> Fault<'a> {
         Self { path: source.keyed(path), on_key: place.key.as_ref() == Some(span) }
     }
 
+    /// Gives what the path is about: the kind it starts with, or the table of details that its last key is in.
     fn kind(&self) -> &str {
-        self.path.first().map_or("", String::as_str)
+        match self.path {
+            [kind, table, _] if kind == "render" && table == "detail" => table,
+            [_, _, _, table, _] if table == "detail" => table,
+            [kind, ..] => kind,
+            [] => "",
+        }
     }
 
     /// Writes "`key` in [table]".

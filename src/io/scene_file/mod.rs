@@ -39,7 +39,7 @@ pub use overrides::split_override;
 pub use placement::{PlacementSpec, Rotation, Unit, Up};
 pub use sensor::{GridLayout, GridPlace, GridSpec, PointsSpec, SensorSpec};
 pub use source::Source;
-pub use task::{IllumEstimator, IllumSpec, RenderEstimator, RenderSpec, StopSpec};
+pub use task::{DetailSpec, IllumEstimator, IllumSpec, RenderEstimator, RenderSpec, StopSpec};
 
 use crate::error::InputError;
 use crate::{Error, Result};

@@ -8,7 +8,8 @@ use serde::{Deserialize, Deserializer};
 
 use super::placement::{PlacementSpec, Rotation, Unit, Up};
 use super::source::Entry;
-use super::values::{Above0, Part, Size, number, number_if, table, whole, word};
+use super::task::DetailSpec;
+use super::values::{Above0, Part, Size, number, number_if, table, table_if, whole, word};
 use super::vectors::{direction, point, point_if};
 use crate::Result;
 
@@ -337,6 +338,9 @@ pub struct ShSpec {
     /// The tolerance of [`Intersector::StepBisection`], in units of the largest radius, between 0 and 1; only there.
     #[serde(default, deserialize_with = "number_if::<Part, _>")]
     pub tolerance: Option<f64>,
+    /// How far a picture may simplify the shape, instead of what `[render]` says.
+    #[serde(default, deserialize_with = "table_if")]
+    pub detail: Option<DetailSpec>,
     /// The material.
     pub material: String,
 }

@@ -36,12 +36,13 @@ pub(super) fn list<S: AsRef<str>>(names: &[S]) -> String {
 pub(super) fn example(kind: &str, key: &str) -> Option<&'static str> {
     match (kind, key) {
         ("sensors", "at") => Some("at = [[1, 1, 0], [2, 1, 0]]"),
+        ("detail", "normal") => Some("normal = 2"),
         ("cameras", "up") => Some("up = [0, 0, 1]"),
         _ => EXAMPLES.iter().copied().find(|line| line.split(" = ").next() == Some(key)),
     }
 }
 
-const EXAMPLES: [&str; 47] = [
+const EXAMPLES: [&str; 49] = [
     "format = 1",
     "reflectance = 0.5",
     "exitance = 100",
@@ -89,6 +90,8 @@ const EXAMPLES: [&str; 47] = [
     "time = \"10m\"",
     "walks = 100000",
     "exposure = 0.02",
+    "detail = { pixels = 0.25, normal = 2 }",
+    "pixels = 0.25",
 ];
 
 #[cfg(test)]

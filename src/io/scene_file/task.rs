@@ -4,7 +4,10 @@ use std::time::Duration;
 
 use serde::Deserialize;
 
-use super::values::{Above0, Inline, Part, count_if, number_if, table, time_if, whole, word};
+use super::values::{
+    Above0, AtLeast0, HalfTurn, Inline, Part, count_if, number, number_if, table, table_if,
+    time_if, whole, word,
+};
 
 /// Describes how a picture is made.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
@@ -24,6 +27,9 @@ pub struct RenderSpec {
     /// The factor from luminance to PNG, above 0; chosen from the picture when left out.
     #[serde(deserialize_with = "number_if::<Above0, _>")]
     pub exposure: Option<f64>,
+    /// How far SH objects may be simplified; not at all when left out. Objects may have their own.
+    #[serde(deserialize_with = "table_if")]
+    pub detail: Option<DetailSpec>,
 }
 
 /// Names an estimator of luminance.
@@ -61,6 +67,29 @@ pub enum IllumEstimator {
     Local,
     /// Backward path tracing.
     Path,
+}
+
+/// Says by how much the truncation of an SH object to a lower degree may show in a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DetailSpec {
+    /// How far a point of the surface may move in the picture, pixels, 0 or more; at 0 the degree is the full one.
+    #[serde(deserialize_with = "number::<AtLeast0, _>")]
+    pub pixels: f64,
+    /// How far a normal may turn, degrees, from 0 to 180; at 180 it does not matter.
+    #[serde(deserialize_with = "number::<HalfTurn, _>")]
+    pub normal: f64,
+}
+
+impl Default for DetailSpec {
+    /// Takes a quarter of a pixel and two degrees.
+    fn default() -> Self {
+        Self { pixels: 0.25, normal: 2.0 }
+    }
+}
+
+impl Inline for DetailSpec {
+    const MUST: &'static str = "a table such as { pixels = 0.25, normal = 2 }";
 }
 
 impl Inline for RenderSpec {

@@ -43,6 +43,7 @@ ranges! {
     AtLeast0: |x| x >= 0.0, "0 or more", "";
     Albedo: |x| (0.0..1.0).contains(&x), "from 0 to below 1", "it is the reflected part of the flux; at 1 light would never be absorbed";
     Opening: |x| x > 0.0 && x < 180.0, "between 0 and 180 degrees", "";
+    HalfTurn: |x| (0.0..=180.0).contains(&x), "from 0 to 180 degrees", "";
     Part: |x| x > 0.0 && x < 1.0, "between 0 and 1", "write 0.01 for one per cent";
     Size: |x| x > 0.0 && x <= 1e9, "above 0 and at most 1e9 metres", "";
     Coordinate: |x| x.abs() <= 1e9, "within 1e9 metres of the origin", "";
@@ -182,6 +183,15 @@ where
     D: Deserializer<'de>,
 {
     d.deserialize_any(TableVisitor(PhantomData))
+}
+
+/// Reads a table, of a key that may be left out.
+pub(super) fn table_if<'de, T, D>(d: D) -> Result<Option<T>, D::Error>
+where
+    T: Deserialize<'de> + Inline,
+    D: Deserializer<'de>,
+{
+    table(d).map(Some)
 }
 
 struct TableVisitor<T>(PhantomData<T>);

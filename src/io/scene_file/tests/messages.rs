@@ -136,6 +136,14 @@ pub(super) const BAD_VALUES: &[Damage] = &[
         "24:8: `stop` in [render] must be a table such as { relative_error = 0.01, time = \"10m\" }, found the string \"10m\"\n  help: write it like `stop = { relative_error = 0.01, time = \"10m\" }`"),
     ("{ relative_error = 0.01, time = \"10m\" }", "[0.01, \"10m\", 5]",
         "24:8: `stop` in [render] must be a table such as { relative_error = 0.01, time = \"10m\" }, found an array\n  help: write it like `stop = { relative_error = 0.01, time = \"10m\" }`"),
+    ("[render]", "[render]\ndetail = 0.25",
+        "23:10: `detail` in [render] must be a table such as { pixels = 0.25, normal = 2 }, found the number 0.25\n  help: write it like `detail = { pixels = 0.25, normal = 2 }`"),
+    ("[render]", "[render]\ndetail = { pixels = -1 }",
+        "23:21: `pixels` in [render.detail] must be 0 or more, found -1\n  help: write it like `pixels = 0.25`"),
+    ("[render]", "[render]\ndetail = { normal = 200 }",
+        "23:21: `normal` in [render.detail] must be from 0 to 180 degrees, found 200\n  help: write it like `normal = 2`"),
+    ("[render]", "[render]\ndetail = { pixel = 1 }",
+        "23:12: unknown key `pixel` in [render.detail]\n  help: did you mean `pixels`?"),
 ];
 
 /// Keys and things that do not fit each other.
@@ -202,8 +210,8 @@ pub(super) const BAD_SHAPES: &[Damage] = &[
         "28:1: missing key `degree` in [objects.\"the head\".sh]\n  help: add `degree = 32`"),
     ("\"step-bisection\"", "\"certified\"",
         "33:8: `step` means nothing to this intersector, which steps by its own bounds\n  help: add `intersector = \"step-bisection\"`, or leave `step` out"),
-    ("\"step-bisection\"", "\"patches\"",
-        "32:15: `intersector` in [objects.\"the head\".sh] cannot be `patches`\n  help: the words here are `certified` and `step-bisection`"),
+    ("\"step-bisection\"", "\"march\"",
+        "32:15: `intersector` in [objects.\"the head\".sh] cannot be `march`\n  help: the words here are `patches`, `certified` and `step-bisection`"),
     ("{ axis = [0, 0, 5], degrees = 90 }", "{ axis = [0, 0, 5] }",
         "34:10: missing key `degrees` in [objects.\"the head\".sh.rotate]\n  help: add `degrees = 25`"),
     ("{ axis = [0, 0, 5], degrees = 90 }", "90",
@@ -214,6 +222,8 @@ pub(super) const BAD_SHAPES: &[Damage] = &[
         "37:6: `table` is a rectangle, which has no faces to name\n  help: write `on = \"table\"`"),
     ("walks = 1e6", "walks = 0",
         "57:18: `walks` in [illum.stop] must be a whole number, 1 or more, found 0\n  help: write it like `walks = 100000`"),
+    ("degree = 8.0", "degree = 8.0\ndetail = { normal = [0, 0, 1] }",
+        "31:21: `normal` in [objects.\"the head\".sh.detail] must be a number, found an array\n  help: write it like `normal = 2`"),
 ];
 
 /// Overrides: key path, value, message.

@@ -213,6 +213,19 @@ fn lights_sensors_and_stops_are_read_as_written() {
 }
 
 #[test]
+fn details_are_off_unless_asked_for_and_filled_up() {
+    let scene = parse(SHAPES, &[]).expect("parses");
+    let ObjectSpec::Sh(head) = &scene.objects["the head"] else { panic!("coefficients") };
+    assert_eq!((scene.render.detail, head.detail), (None, None));
+    let overrides =
+        [("render.detail", "{ pixels = 0.5 }"), ("objects.\"the head\".sh.detail.normal", "180")];
+    let scene = parse(SHAPES, &overrides).expect("parses");
+    let ObjectSpec::Sh(head) = &scene.objects["the head"] else { panic!("coefficients") };
+    assert_eq!(scene.render.detail, Some(DetailSpec { pixels: 0.5, normal: 2.0 }));
+    assert_eq!(head.detail, Some(DetailSpec { pixels: 0.25, normal: 180.0 }));
+}
+
+#[test]
 fn the_camera_is_the_named_or_the_only_one() {
     assert_eq!(parse(ROOM, &[]).expect("parses").camera().expect("one").0, "main");
     let two = parse(SHAPES, &[]).expect("parses");

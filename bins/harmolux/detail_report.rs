@@ -1,0 +1,58 @@
+//! Which degree an SH object was given for a picture, and what that may cost: a line for those that share a degree.
+
+use std::collections::BTreeMap;
+
+use harmolux::study::DetailedObject;
+use serde_json::{Value, json};
+
+use super::say;
+
+/// Says on stderr which objects got which degree.
+pub(crate) fn tell(details: &[DetailedObject]) {
+    let mut groups: BTreeMap<(usize, usize), Vec<&DetailedObject>> = BTreeMap::new();
+    for object in details {
+        let degrees = (object.detail.degree, object.detail.full_degree);
+        groups.entry(degrees).or_default().push(object);
+    }
+    for ((degree, full), objects) in groups {
+        say::note(&line(degree, full, &objects));
+    }
+}
+
+fn line(degree: usize, full: usize, objects: &[&DetailedObject]) -> String {
+    let who = match objects {
+        [one] => format!("`{}`", one.name),
+        many => format!("{} objects", many.len()),
+    };
+    let details = || objects.iter().map(|object| object.detail);
+    let nearest = say::significant(details().map(|d| d.distance).fold(f64::INFINITY, f64::min), 3);
+    if degree == full {
+        return format!("detail: {who} at full degree {full}, from {nearest} m away");
+    }
+    let largest = |of: fn(&harmolux::study::Detail) -> f64| {
+        say::significant(details().map(|d| of(&d)).fold(0.0, f64::max), 3)
+    };
+    format!(
+        "detail: {who} at degree {degree} of {full}, from {nearest} m away: at most {} mm and {} pixels off, normals {} degrees",
+        largest(|d| 1e3 * d.error),
+        largest(|d| d.pixels),
+        largest(|d| d.normal.to_degrees())
+    )
+}
+
+/// Gives the same object by object.
+pub(crate) fn json(details: &[DetailedObject]) -> Value {
+    let one = |object: &DetailedObject| {
+        let d = object.detail;
+        json!({
+            "name": object.name,
+            "degree": d.degree,
+            "full_degree": d.full_degree,
+            "distance": d.distance,
+            "error": d.error,
+            "pixels": d.pixels,
+            "normal_degrees": d.normal.to_degrees(),
+        })
+    };
+    details.iter().map(one).collect()
+}

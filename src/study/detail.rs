@@ -1,0 +1,211 @@
+//! Level of detail with a certificate: the lowest degree at which an SH object, seen by a camera, looks the same within a tolerance.
+//!
+//! Let t = f - f' be what truncation leaves out, |t| <= e and |grad_S t| <= s everywhere (see [`crate::sh::TruncationError`]).
+//!
+//! * Position. In every direction from the centre the surface moves by |t|, at most by E = k e in the room, k the scale of the object. A point at
+//!   distance r >= d from the eye, d the distance of the eye from the ball about the object, moves on the image plane (at distance 1 from the eye)
+//!   from X / z to (X + a) / (z + b), |(a, b)| <= E. The difference (a z - X b) / (z (z + b)) is at most E (r / z) / (z - E). For what is in
+//!   the image z >= r cos c, c the angle between the view and the corners of the image, so that this is at most
+//!   E / (cos c (d cos c - E)); over the size of a pixel on that plane, it is the error in pixels.
+//! * Normal. An outward normal is n = f e_r - grad_S f, of length f at least; that of the truncated series in the same direction is off by
+//!   -t e_r + grad_S t, that is by sqrt(e^2 + s^2) at most. The line of n' passes the tip of n at |n - n'| at most, so the angle between the
+//!   two has a sine of at most sqrt(e^2 + s^2) / min f. (On an image the truncated surface may also show another direction at a pixel; that
+//!   is the error of position.)
+//!
+//! What is seen in other ways (shadows, light that is reflected) follows the truncated shape too and is not in the pixels.
+
+use std::f64::consts::PI;
+
+use crate::Result;
+use crate::io::scene_file::DetailSpec;
+use crate::math::Placement;
+use crate::scene::Perspective;
+use crate::sh::{Coefficients, TruncationError, range, sufficient_degree};
+
+/// Certifies the degree chosen for an object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detail {
+    /// The degree to use.
+    pub degree: usize,
+    /// The degree of the whole series.
+    pub full_degree: usize,
+    /// The distance of the eye from the ball that holds the object, metres; 0 inside.
+    pub distance: f64,
+    /// The largest distance, metres, by which the surface moves.
+    pub error: f64,
+    /// The largest distance, pixels, by which a point of the surface moves in the image.
+    pub pixels: f64,
+    /// The largest angle, radians, by which a normal turns.
+    pub normal: f64,
+}
+
+/// The part of the smallest radius that truncation may take away: what is left is certainly star-shaped.
+const LARGEST_SHARE: f64 = 0.5;
+
+/// Chooses the degree of an object whose radius is `series`, placed in a room, for a picture. It is the full degree if the eye is within
+/// the ball that holds the object, if a tolerance is 0, and if nothing lower will do.
+///
+/// # Errors
+/// [`crate::Error::Parameter`] for a degree too high to evaluate.
+pub fn detail(
+    series: &Coefficients,
+    placement: &Placement,
+    camera: &Perspective,
+    tolerance: &DetailSpec,
+) -> Result<Detail> {
+    let (min, max) = range(series)?;
+    let scale = placement.scale();
+    let from_ball = camera.position().distance(placement.translation()) - scale * max;
+    let view = View {
+        distance: from_ball.max(0.0),
+        pixel: camera.pixel(),
+        cosine: camera.corner_cosine(),
+    };
+    let normal = tolerance.normal.to_radians();
+    let accepts = |value: f64, slope: f64| {
+        value <= LARGEST_SHARE * min
+            && view.pixels(scale * value) <= tolerance.pixels
+            && turn(value, slope, min) <= normal
+    };
+    let full_degree = series.lmax();
+    let whole = TruncationError { degree: full_degree, value: 0.0, slope: 0.0 };
+    let exact = view.distance == 0.0 || tolerance.pixels == 0.0 || normal == 0.0;
+    let mut found = if exact { whole } else { sufficient_degree(series, accepts)? };
+    if found.degree < full_degree && range(&series.truncated(found.degree))?.0 <= 0.0 {
+        found = whole;
+    }
+    let error = scale * found.value;
+    Ok(Detail {
+        degree: found.degree,
+        full_degree,
+        distance: view.distance,
+        error,
+        pixels: view.pixels(error),
+        normal: turn(found.value, found.slope, min),
+    })
+}
+
+/// Bounds the angle, radians, by which a normal turns: pi when nothing is known.
+fn turn(value: f64, slope: f64, min_radius: f64) -> f64 {
+    let sine = value.hypot(slope) / min_radius;
+    if sine < 1.0 { sine.asin() } else { PI }
+}
+
+/// How an object stands in an image.
+struct View {
+    /// The distance from the eye, metres.
+    distance: f64,
+    /// The side of a pixel on the image plane at distance 1.
+    pixel: f64,
+    /// The cosine of the angle between the view and the corners of the image.
+    cosine: f64,
+}
+
+impl View {
+    /// Bounds the distance in the image, pixels, by which a point moves that moves by `error` metres in the room.
+    fn pixels(&self, error: f64) -> f64 {
+        let depth = self.distance * self.cosine - error;
+        if error == 0.0 {
+            0.0
+        } else if depth > 0.0 {
+            error / (self.cosine * depth * self.pixel)
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DQuat, DVec2, DVec3};
+
+    use super::*;
+    use crate::math::sampling::uniform_sphere;
+    use crate::sh::{Series, gaussian, power_law};
+
+    /// A body of degree 24 and mean radius 1.
+    fn body() -> Coefficients {
+        let mut f = gaussian(&power_law(0.01, 3.5, 1, 24).expect("valid"), 3).expect("valid");
+        f.set(0, 0, 1.0, 0.0);
+        f
+    }
+
+    fn camera() -> Perspective {
+        Perspective::new(DVec3::ZERO, DVec3::X, 0.8, [320, 240]).expect("valid")
+    }
+
+    fn at(distance: f64, scale: f64) -> Placement {
+        let turn = DQuat::from_rotation_z(0.4);
+        Placement::new(turn, scale, DVec3::X * distance).expect("valid")
+    }
+
+    const TOLERANCE: DetailSpec = DetailSpec { pixels: 0.25, normal: 180.0 };
+
+    fn seen(distance: f64, tolerance: DetailSpec) -> Detail {
+        detail(&body(), &at(distance, 0.5), &camera(), &tolerance).expect("valid")
+    }
+
+    #[test]
+    fn far_objects_get_lower_degrees_than_near_ones() {
+        let degrees: Vec<usize> =
+            [1.0, 3.0, 10.0, 30.0, 1000.0].map(|d| seen(d, TOLERANCE).degree).to_vec();
+        assert!(degrees.is_sorted_by(|a, b| a >= b), "{degrees:?}");
+        assert!(degrees[1] > degrees[3] && degrees[4] < 3, "{degrees:?}");
+    }
+
+    #[test]
+    fn nothing_is_simplified_without_tolerance_or_from_within() {
+        let none =
+            [DetailSpec { pixels: 0.0, ..TOLERANCE }, DetailSpec { normal: 0.0, ..TOLERANCE }];
+        for found in [seen(50.0, none[0]), seen(50.0, none[1]), seen(0.1, TOLERANCE)] {
+            assert_eq!((found.degree, found.full_degree), (24, 24));
+            assert_eq!((found.error, found.pixels, found.normal), (0.0, 0.0, 0.0));
+        }
+        assert_eq!(seen(0.1, TOLERANCE).distance, 0.0);
+    }
+
+    #[test]
+    fn tolerance_of_normals_raises_the_degree() {
+        let strict = seen(200.0, DetailSpec { normal: 2.0, ..TOLERANCE });
+        assert!(strict.degree > seen(200.0, TOLERANCE).degree, "{strict:?}");
+        assert!(strict.normal <= 2.0_f64.to_radians() && strict.pixels <= 0.25);
+    }
+
+    /// Points and normals of the whole and of the truncated body, as the camera sees them.
+    #[test]
+    fn certificate_holds_in_the_image_and_is_of_use() {
+        for (distance, normal) in [(4.0, 180.0), (30.0, 3.0)] {
+            let (found, placed) =
+                (seen(distance, DetailSpec { normal, ..TOLERANCE }), at(distance, 0.5));
+            let (whole, low) = (Series::new(&body()), Series::new(&body().truncated(found.degree)));
+            let (whole, low) = (whole.expect("valid"), low.expect("valid"));
+            let (mut moved, mut turned) = (0.0_f64, 0.0_f64);
+            for i in 0..20_000 {
+                let u =
+                    [(f64::from(i) + 0.5) / 20_000.0, (f64::from(i) * 0.618_033_988_75).fract()];
+                let w = uniform_sphere(u);
+                let (a, b) = (whole.jet(w), low.jet(w));
+                let [p, q] = [a, b].map(|jet| film(placed.apply(jet.value * w)));
+                moved = moved.max(p.distance(q));
+                let [m, n] = [a, b].map(|jet| jet.value * w - jet.gradient);
+                turned = turned.max(m.angle_between(n));
+            }
+            assert!(found.degree < 24 && found.pixels <= 0.25, "{found:?}");
+            assert!(moved <= found.pixels && turned <= found.normal, "{moved} {turned} {found:?}");
+            // From the front and from the middle of the image: the bound takes the corner and the nearest point.
+            assert!(found.pixels <= 4.0 * moved, "{moved} {found:?}");
+        }
+    }
+
+    /// Gives where a point is in the image of `camera()`, pixels from its middle.
+    fn film(point: DVec3) -> DVec2 {
+        DVec2::new(point.y, point.z) / (point.x * camera().pixel())
+    }
+
+    #[test]
+    fn placements_scale_the_error() {
+        let found = seen(30.0, TOLERANCE);
+        let exact = crate::sh::truncation_error(&body(), found.degree).expect("valid");
+        assert_eq!(found.error, 0.5 * exact.value);
+    }
+}
