@@ -100,7 +100,7 @@ impl Line {
         if self.through == 0 {
             return None;
         }
-        let slope = if self.through == 1 { self.du } else { self.dv };
+        let slope = if self.through == 1 { self.per_u } else { self.per_v };
         let axis = (self.face / 2 + self.through) % 3;
         // The crossed coordinate is +-p0.
         Some(2 * axis + usize::from((slope < 0.0) != (self.face % 2 == 1)))

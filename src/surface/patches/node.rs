@@ -95,7 +95,8 @@ impl Probe {
             dw: (sign * line.dw) as f32,
             end: (line.end * (1.0 + 1e-6) + 1e-6) as f32,
             side,
-            near: [u8::from(line.du < 0.0), u8::from(line.dv < 0.0)],
+            // By the reciprocals, which tell -0 from 0 too.
+            near: [u8::from(line.per_u < 0.0), u8::from(line.per_v < 0.0)],
         }
     }
 
