@@ -77,9 +77,16 @@ impl ShSurface {
 
     /// Gives the point, normal and error bound at a direction from the centre.
     pub fn at(&self, direction: DVec3) -> Hit {
-        let ray = Ray::new(DVec3::ZERO, direction);
-        let r = self.body.series().value(direction);
-        self.describe(&ray, r, &self.body.gap(&ray, r))
+        let jet = self.body.series().jet(direction);
+        let normal = (direction - jet.gradient / jet.value).normalize();
+        Hit {
+            distance: jet.value,
+            point: jet.value * direction,
+            normal,
+            shading_normal: normal,
+            error: self.body.tolerance() + self.traced_error(),
+            part: 0,
+        }
     }
 
     /// Bounds how far what is traced can be from the series, metres.
