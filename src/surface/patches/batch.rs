@@ -66,7 +66,7 @@ impl Patches {
                 }
             }
             for ray in turn.iter() {
-                next[self.turn(walk_of(&mut walks, ray)) as usize].add(ray);
+                next[walk_of(&mut walks, ray).turn() as usize].add(ray);
             }
             let [mut opening, approaching, crossing] = next;
             for ray in approaching.iter() {

@@ -28,7 +28,7 @@ const PER_TASK: usize = 16;
 /// Gives the radius at many directions.
 enum Radii<'a> {
     Series(&'a Series),
-    Grid(GridSeries),
+    Grid(Box<GridSeries>),
 }
 
 impl Radii<'_> {
@@ -44,7 +44,7 @@ impl Radii<'_> {
 pub(super) fn build(series: &Series, bounds: &Bounds) -> Result<Patches> {
     let lmax = series.coefficients().lmax();
     let radii = if lmax >= GRID_DEGREE {
-        Radii::Grid(GridSeries::new(series.clone())?)
+        Radii::Grid(Box::new(GridSeries::new(series.clone())?))
     } else {
         Radii::Series(series)
     };
@@ -148,13 +148,13 @@ fn assemble(board: Board, fitted: &[Fitted], bounds: &Bounds) -> Patches {
     }
     let bounds_of = |(i, f): (usize, &Fitted)| box_around(&board, place(i, board.side()), f.range);
     let around = fitted.iter().enumerate().map(bounds_of).fold(Aabb::EMPTY, Aabb::union);
-    let patches: Vec<Patch> = fitted.iter().map(|f| f.patch).collect();
-    let width = patches.iter().map(|p| p.width).fold(0.0, f32::max);
+    let leaves: Vec<Patch> = fitted.iter().map(|f| f.patch).collect();
+    let width = leaves.iter().map(|p| p.width).fold(0.0, f32::max);
     let around = Aabb { min: bounds.max * around.min, max: bounds.max * around.max };
     Patches {
         board,
         levels,
-        patches,
+        leaves,
         around,
         radius: bounds.max,
         inner: bounds.min,

@@ -36,7 +36,7 @@ pub(super) struct Patches {
     /// The nodes of each level, the lowest first, row by row and face by face.
     levels: Vec<Vec<Node>>,
     /// Sixteen patches of a node stand together.
-    patches: Vec<Patch>,
+    leaves: Vec<Patch>,
     /// The box around the body, metres.
     around: Aabb,
     /// The radius of the ball around the body, metres.
@@ -96,7 +96,7 @@ impl Patches {
     /// Gives the bytes that patches and tree take.
     pub(super) fn bytes(&self) -> usize {
         let nodes: usize = self.levels.iter().map(|l| size_of_val(&l[..])).sum();
-        nodes + size_of_val(&self.patches[..]) + self.board.bytes()
+        nodes + size_of_val(&self.leaves[..]) + self.board.bytes()
     }
 
     /// Finds the first hit of a ray.

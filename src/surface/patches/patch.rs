@@ -174,7 +174,8 @@ impl Patch {
             return Step::Root(tangent);
         }
         search.tau = tau + step;
-        if !(search.tau <= local.leave) {
+        let within = search.tau <= local.leave;
+        if !within {
             return Step::Past;
         }
         if near { Step::Root(tangent) } else { Step::On }

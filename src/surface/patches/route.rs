@@ -51,7 +51,9 @@ impl Patches {
         let (o, d) = (ray.origin, ray.direction);
         let (enters_box, leaves_box) = self.through_box(ray);
         let (start, end) = (ray.t_min.max(enters_box), ray.t_max.min(leaves_box));
-        if !(start <= end) {
+        // Not so for a ray that is not a number.
+        let passes = start <= end;
+        if !passes {
             return Route::Nowhere;
         }
         let nearest = -o.dot(d);

@@ -62,7 +62,7 @@ impl Patches {
             if self.open(simd, &mut walk) && ANY {
                 return Some((walk, Tangent::UNKNOWN));
             }
-            let mut next = self.turn(&mut walk);
+            let mut next = walk.turn();
             while next == Move::Approach {
                 let mut step = self.approach(&mut walk);
                 while step == Step::On {
@@ -71,7 +71,7 @@ impl Patches {
                 if let Step::Root(tangent) = step {
                     return Some((walk, tangent));
                 }
-                next = self.turn(&mut walk);
+                next = walk.turn();
             }
             if next == Move::Cross && !walk.cross(self) {
                 return None;
@@ -90,29 +90,6 @@ impl Patches {
         meeting.certain
     }
 
-    /// Finds the next move after a node has been opened or a patch searched in vain, and goes there.
-    #[inline(always)]
-    pub(super) fn turn(&self, walk: &mut Walk) -> Move {
-        let waiting = walk.waiting >> (16 * walk.level);
-        if waiting == 0 {
-            return Move::Cross;
-        }
-        // Nodes above are left behind when nothing waits below them.
-        let next = waiting.trailing_zeros();
-        let up = next / 16;
-        walk.waiting &= walk.waiting - 1;
-        let lane = (next % 16) as usize ^ walk.probe.flip();
-        walk.level += up;
-        let row = (walk.row >> (2 * up)) as usize * FAN + lane / FAN;
-        let column = (walk.column >> (2 * up)) as usize * FAN + lane % FAN;
-        (walk.row, walk.column) = (row as u32, column as u32);
-        if walk.level == 0 {
-            return Move::Approach;
-        }
-        walk.level -= 1;
-        Move::Open
-    }
-
     /// Makes the move [`Move::Approach`]: from the walk's node down to the patch, up to the plane before it.
     #[inline(always)]
     pub(super) fn approach(&self, walk: &mut Walk) -> Step {
@@ -124,14 +101,14 @@ impl Patches {
         local.enter = self.node(walk).reach(lane, &walk.line, walk.side, local.enter);
         let patch = self.patch_index(walk.line.face, row, column);
         walk.patch = patch as u32;
-        walk.search = self.patches[patch].search(&walk.line, local);
+        walk.search = self.leaves[patch].search(&walk.line, local);
         if local.enter <= local.leave { Step::On } else { Step::Past }
     }
 
     /// Searches the patch one step further.
     #[inline(always)]
     pub(super) fn step<S: Simd>(&self, simd: S, walk: &mut Walk) -> Step {
-        self.patches[walk.patch as usize].step(simd, &walk.line, walk.side, &mut walk.search)
+        self.leaves[walk.patch as usize].step(simd, &walk.line, walk.side, &mut walk.search)
     }
 
     /// Tells on which side of the surface a point is, in largest radii; `None` when it is too near to say.
@@ -144,7 +121,7 @@ impl Patches {
         if let Some(side) = node.side(index % (FAN * FAN), &line) {
             return Some(side);
         }
-        let patch = &self.patches[index];
+        let patch = &self.leaves[index];
         let [x, y] = line.over(self.board.cell(column), self.board.cell(row)).at(0.0);
         let gap = 1.0 - line.w * patch.tangent(simd, x, y).height;
         if gap > TOLERANCE {
@@ -192,6 +169,29 @@ impl Walk {
             patch: 0,
             search: Search::NONE,
         }
+    }
+
+    /// Finds the next move after a node has been opened or a patch searched in vain, and goes there.
+    #[inline(always)]
+    pub(super) fn turn(&mut self) -> Move {
+        let waiting = self.waiting >> (16 * self.level);
+        if waiting == 0 {
+            return Move::Cross;
+        }
+        // Nodes above are left behind when nothing waits below them.
+        let next = waiting.trailing_zeros();
+        let up = next / 16;
+        self.waiting &= self.waiting - 1;
+        let lane = (next % 16) as usize ^ self.probe.flip();
+        self.level += up;
+        let row = (self.row >> (2 * up)) as usize * FAN + lane / FAN;
+        let column = (self.column >> (2 * up)) as usize * FAN + lane % FAN;
+        (self.row, self.column) = (row as u32, column as u32);
+        if self.level == 0 {
+            return Move::Approach;
+        }
+        self.level -= 1;
+        Move::Open
     }
 
     /// Makes the move [`Move::Cross`]; false where the ray ends before.
