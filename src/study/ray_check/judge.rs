@@ -152,7 +152,12 @@ impl<'a> Judge<'a> {
     }
 
     fn own_side(&self) -> Side {
-        if self.start_gap < 0.0 { Side::Inside } else { Side::Outside }
+        if self.starts_in_ball() && self.start_gap < 0.0 { Side::Inside } else { Side::Outside }
+    }
+
+    /// Tells whether the ray starts in the bounding ball; one that enters it comes from outside, however its entry is rounded.
+    fn starts_in_ball(&self) -> bool {
+        self.chord.is_some_and(|chord| chord.start <= self.test.ray.t_min)
     }
 
     /// Gives the side the ray starts on, and the other one too if the error explains it.
@@ -160,7 +165,9 @@ impl<'a> Judge<'a> {
         let own = self.own_side();
         let other = if own == Side::Inside { Side::Outside } else { Side::Inside };
         let near = self.chord.is_some_and(|chord| {
-            !self.test.left && self.start_gap.abs() <= self.bound(chord.start)
+            self.starts_in_ball()
+                && !self.test.left
+                && self.start_gap.abs() <= self.bound(chord.start)
         });
         std::iter::once(own).chain(near.then_some(other))
     }
