@@ -142,7 +142,7 @@ fn report(
     build: f64,
     bytes: usize,
 ) -> Outcome<()> {
-    let timing = timing::run(surface, rays, arguments.batch);
+    let timing = timing::run(surface, rays, arguments.batch.map(|n| n.min(rays.len().max(1))));
     let method =
         arguments.method.to_possible_value().map_or(String::new(), |v| v.get_name().into());
     println!(

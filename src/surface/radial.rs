@@ -103,10 +103,14 @@ impl RadialBody {
         Gap { value: r - jet.value, slope: normal.dot(ray.direction), normal }
     }
 
-    /// Evaluates the gap alone, without its slope.
+    /// Evaluates the gap alone, without its slope; a point at the origin counts as deep inside.
     pub fn gap_value(&self, point: DVec3) -> f64 {
         let r = point.length();
-        if r < 0.5 * self.bounds.min { -r } else { r - self.series.value(point / r) }
+        if r < 0.5 * self.bounds.min {
+            -0.5 * self.bounds.min
+        } else {
+            r - self.series.value(point / r)
+        }
     }
 
     /// Gives the shell of bounds around the surface.

@@ -350,5 +350,14 @@ mod tests {
         assert!((far.point.length() - s.body().series().value(DVec3::X)).abs() <= 1e-9);
         assert!(s.hit(&Ray::new(DVec3::new(0.0, 0.0, 1e6), DVec3::X)).is_none());
         assert!(s.hit(&Ray::new(DVec3::X * 5.0, DVec3::NEG_X).up_to(1.0)).is_none());
+        let bumpy = bumpy(8, 0.5);
+        let march = Intersector::StepBisection(StepBisection::default());
+        for intersector in [Intersector::Patches, Intersector::Certified, march] {
+            let s = ShSurface::new(&bumpy, intersector).expect("valid");
+            let out = s.hit(&Ray::new(DVec3::ZERO, DVec3::Y)).expect("from the centre");
+            assert!((out.distance - s.body().series().value(DVec3::Y)).abs() <= 1e-5);
+        }
+        let patches = ShSurface::new(&bumpy, Intersector::Patches).expect("valid");
+        assert!(patches.hit(&Ray::new(DVec3::new(0.0, 0.0, 1e30), DVec3::NEG_Z)).is_some());
     }
 }

@@ -59,7 +59,7 @@ enum Side {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Answer<T> {
     Known(T),
-    /// The ray starts so near the surface that only the series can tell on which side.
+    /// The ray starts so near the surface that only the series can tell on which side, or from so far that it is coarse.
     AskSeries,
 }
 

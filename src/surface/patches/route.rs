@@ -12,6 +12,9 @@ use crate::math::Ray;
 /// From which part of the squared radius of the ball on a start is outside: nothing is beyond the ball, and 1e-9 radii are within every error bound.
 const ON_BALL: f64 = 1.0 - 2e-9;
 
+/// From how many largest radii off the rounding of a ray's own points is no longer small: there the series answers.
+const FAR: f64 = 1e9;
+
 /// A stretch of a ray that never comes into the inner ball.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stretch {
@@ -36,7 +39,7 @@ impl Stretch {
 pub(super) enum Route {
     /// Nothing: it passes by.
     Nowhere,
-    /// It starts too near the surface for patches to tell on which side: the series must.
+    /// It starts too near the surface for patches to tell on which side, or too far off: the series must.
     Series,
     /// It starts outside; perhaps it ends where it enters the inner ball.
     Outside { stretch: Stretch, enters: bool },
@@ -57,6 +60,9 @@ impl Patches {
             return Route::Nowhere;
         }
         let nearest = -o.dot(d);
+        if nearest > FAR * self.radius {
+            return Route::Series;
+        }
         let inner2 = self.inner * self.inner - (o + nearest * d).length_squared();
         if enters_box >= ray.t_min {
             let enter = if inner2 > 0.0 { nearest - inner2.sqrt() } else { f64::INFINITY };
