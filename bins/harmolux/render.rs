@@ -12,7 +12,9 @@ use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec, split_override};
 use harmolux::math::Randomness;
 use harmolux::scene::{Perspective, Scene};
-use harmolux::study::{FittedObject, Loaded, camera, load, load_seen, mesh_bytes, series_bytes};
+use harmolux::study::{
+    FittedObject, Loaded, Preparation, camera, load, load_seen, mesh_bytes, series_bytes,
+};
 use serde_json::json;
 
 use super::arguments::{SceneArguments, size};
@@ -97,6 +99,15 @@ fn tell(loaded: Loaded) -> Loaded {
             fit.coefficients.lmax(),
             say::percent(fit.relative_rms()),
             1e3 * fit.projection_time.as_secs_f64()
+        ));
+    }
+    let Preparation { surfaces, patch_bytes, time } = loaded.preparation;
+    if surfaces > 0 {
+        let shapes = if surfaces == 1 { "1 shape" } else { &format!("{surfaces} shapes") };
+        say::note(&format!(
+            "prepared {shapes} for rays: {} of patches, {:.0} ms",
+            say::bytes(patch_bytes),
+            1e3 * time.as_secs_f64()
         ));
     }
     loaded
@@ -297,6 +308,8 @@ fn report_json(loaded: &Loaded, rendering: &Rendering, written: &[PathBuf]) -> s
     json!({
         "objects": objects,
         "details": detail_report::json(&loaded.details),
+        "patch_bytes": loaded.preparation.patch_bytes,
+        "preparation_seconds": loaded.preparation.time.as_secs_f64(),
         "resolution": film.size(),
         "mean_luminance": mean,
         "mean_luminance_stderr": standard_error,

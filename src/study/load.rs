@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::detail::{Detail, detail};
 use super::fit::Fit;
 use super::grids;
-use super::shared_surfaces::SharedSurfaces;
+use super::shared_surfaces::{Preparation, SharedSurfaces};
 use super::solids::{Body, Solid};
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
@@ -31,6 +31,8 @@ pub struct Loaded {
     pub fits: Vec<FittedObject>,
     /// The degrees that SH objects were given for a picture, with their certificates.
     pub details: Vec<DetailedObject>,
+    /// What it took to prepare the SH objects for rays.
+    pub preparation: Preparation,
     /// What is probably not meant, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -110,7 +112,8 @@ pub fn load_seen(file: &SceneFile, camera: Option<&Perspective>) -> Result<Loade
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
     let sensors = sensors(file, &scene)?;
     warnings.extend(misplaced_sensors(&sensors, &solids));
-    Ok(Loaded { scene, sensors, fits, details, warnings })
+    let preparation = shared.preparation();
+    Ok(Loaded { scene, sensors, fits, details, preparation, warnings })
 }
 
 /// Builds the camera that `[render]` names, or the only one.

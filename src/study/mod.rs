@@ -29,4 +29,5 @@ pub use ray_check::{
     check_shapes,
 };
 pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
+pub use shared_surfaces::Preparation;
 pub use sweep::{SweepRow, sweep, sweep_figure};

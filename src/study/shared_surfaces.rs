@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
@@ -33,6 +34,19 @@ pub(super) struct SharedSh {
     pub(super) fit: Option<Arc<Fit>>,
     /// By the degree they are truncated to and how rays are met.
     surfaces: Vec<(usize, Intersector, Arc<ShSurface>)>,
+    /// The time it took to make them.
+    preparation: Duration,
+}
+
+/// What it took to prepare the SH surfaces of a scene for rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Preparation {
+    /// The surfaces, each counted once however many objects share it.
+    pub surfaces: usize,
+    /// The bytes of their patches.
+    pub patch_bytes: usize,
+    /// The time: bounds, patches and area.
+    pub time: Duration,
 }
 
 impl SharedSh {
@@ -49,7 +63,9 @@ impl SharedSh {
         if let Some((_, _, surface)) = known {
             return Ok(surface.clone());
         }
+        let started = Instant::now();
         let surface = Arc::new(ShSurface::new(&self.series.truncated(degree), intersector)?);
+        self.preparation += started.elapsed();
         self.surfaces.push((degree, intersector, surface.clone()));
         Ok(surface)
     }
@@ -95,6 +111,17 @@ impl SharedSurfaces {
         Ok(&mut of_file[place].1)
     }
 
+    /// Sums up what it took to prepare the SH surfaces.
+    pub(super) fn preparation(&self) -> Preparation {
+        let mut all = Preparation::default();
+        for (_, shared) in self.sh.values().flatten() {
+            all.time += shared.preparation;
+            all.surfaces += shared.surfaces.len();
+            all.patch_bytes += shared.surfaces.iter().map(|(.., s)| s.patch_bytes()).sum::<usize>();
+        }
+        all
+    }
+
     /// Gives the surface of a mesh, with vertex normals interpolated for shading when it is `smooth`.
     ///
     /// # Errors
@@ -119,7 +146,7 @@ fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<Share
         let fit = fit(&meshes::read(path)?, &settings)?;
         (fit.coefficients.clone(), fit.centre, Some(Arc::new(fit)))
     };
-    Ok(SharedSh { series, centre, fit, surfaces: Vec::new() })
+    Ok(SharedSh { series, centre, fit, surfaces: Vec::new(), preparation: Duration::ZERO })
 }
 
 fn build_mesh(path: &Path, smooth: bool) -> Result<SharedMesh> {

@@ -25,8 +25,7 @@ pub struct SweepRow {
 }
 
 /// Rays that are timed for an SH body and for the mesh.
-const SH_RAYS: usize = 2_000;
-const MESH_RAYS: usize = 20_000;
+const RAYS: usize = 20_000;
 /// Passes over the rays; the median counts.
 const PASSES: usize = 7;
 
@@ -40,10 +39,10 @@ pub fn sweep(mesh: &Mesh, degrees: &[usize], watch: &dyn Fn(usize)) -> Result<Ve
     for &lmax in degrees {
         let settings = FitSettings::of_degree(lmax);
         let fit = fit(mesh, &settings)?;
-        let surface = ShSurface::new(&fit.coefficients, Intersector::Certified)?;
+        let surface = ShSurface::new(&fit.coefficients, Intersector::default())?;
         let radius = surface.body().bounds().max;
         ball = (fit.centre, radius);
-        let rays = chords(DVec3::ZERO, radius, SH_RAYS);
+        let rays = chords(DVec3::ZERO, radius, RAYS);
         rows.push(SweepRow {
             fit: Some(fit),
             bytes: series_bytes(lmax),
@@ -54,7 +53,7 @@ pub fn sweep(mesh: &Mesh, degrees: &[usize], watch: &dyn Fn(usize)) -> Result<Ve
     let size = [mesh.positions().len(), mesh.triangles().len()];
     let surface = MeshSurface::new(mesh.clone())?;
     let radius = mesh.positions().iter().map(|p| p.distance(ball.0)).fold(0.0, f64::max);
-    let rays = chords(ball.0, radius, MESH_RAYS);
+    let rays = chords(ball.0, radius, RAYS);
     rows.push(SweepRow {
         fit: None,
         bytes: mesh_bytes(size),

@@ -273,3 +273,52 @@ impl Group {
         &self.stretches[..self.count.min(TOGETHER)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use rand::{RngExt, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+    use crate::math::sampling::uniform_sphere;
+    use crate::sh::Coefficients;
+
+    #[test]
+    fn instruction_sets_agree_within_the_bound() {
+        let mut c = Coefficients::zeros(12);
+        c.set(0, 0, 1.0, 0.0);
+        for l in 1..=12 {
+            for m in 0..=l {
+                let k = 0.3 / (l * l) as f64;
+                c.set(l, m, k * ((3 * l + m) as f64).sin(), k * ((l + 2 * m) as f64).cos());
+            }
+        }
+        let (series, bounds) = (Series::new(&c).expect("small"), Bounds::of(&c).expect("small"));
+        let widest = Patches::new(&series, &bounds).expect("positive");
+        let narrow = Patches { level: Level::baseline(), ..widest.clone() };
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
+        let mut met = 0;
+        for _ in 0..4000 {
+            let mut point = || 2.0 * uniform_sphere(rng.random());
+            let Some(ray) = Ray::between(point(), point()) else { continue };
+            let (Answer::Known(a), Answer::Known(b)) = (widest.hit(&ray), narrow.hit(&ray)) else {
+                panic!("rays from outside are answered by patches");
+            };
+            // Both lie within the bound above the surface; a ray that only one of them meets grazes it by as little.
+            let gap = |p: DVec3| (p.length() - series.value(p.normalize())).abs();
+            for hit in [a, b].into_iter().flatten() {
+                assert!(gap(hit.point) <= hit.error);
+            }
+            if let (Some(a), Some(b)) = (a, b) {
+                met += 1;
+                // At a slope of 1e-2 or steeper along the ray, two points that near the surface are that near each other.
+                let slope = (a.normal.dot(ray.direction)).abs();
+                assert!(
+                    slope < 1e-2 || (a.distance - b.distance).abs() <= (a.error + b.error) / slope
+                );
+            }
+        }
+        assert!(met > 1000, "{met}");
+    }
+}
