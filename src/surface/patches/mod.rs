@@ -10,6 +10,7 @@ mod board;
 mod build;
 mod certificate;
 mod fit;
+mod lanes;
 mod line;
 mod node;
 mod patch;
@@ -18,7 +19,7 @@ mod walk;
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use self::batch::TOGETHER;
+use self::batch::{FirstHits, Marks};
 use self::board::Board;
 use self::node::Node;
 use self::patch::{Patch, Tangent};
@@ -117,12 +118,17 @@ impl Patches {
 
     /// Finds the first hits of many rays; gives the places of those that only the series can answer.
     pub(super) fn hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Vec<usize> {
-        dispatch!(self.level, simd => self.hits_simd(simd, rays, hits))
+        hits.iter_mut().for_each(|hit| *hit = None);
+        let mut answers = FirstHits { hits, unanswered: Vec::new() };
+        dispatch!(self.level, simd => self.answer(simd, rays, &mut answers));
+        answers.unanswered
     }
 
     /// Marks the rays that hit anything, passing over those marked already; gives the places of those that only the series can answer.
     pub(super) fn mark_blocked(&self, rays: &[Ray], blocked: &mut [bool]) -> Vec<usize> {
-        dispatch!(self.level, simd => self.mark_blocked_simd(simd, rays, blocked))
+        let mut answers = Marks { blocked, unanswered: Vec::new() };
+        dispatch!(self.level, simd => self.answer(simd, rays, &mut answers));
+        answers.unanswered
     }
 
     #[inline(always)]
@@ -130,7 +136,7 @@ impl Patches {
         Answer::Known(match route {
             Route::Nowhere => None,
             Route::Series => return Answer::AskSeries,
-            Route::Outside { stretch, .. } => self.first_on(simd, ray, stretch),
+            Route::Outside { stretch, .. } => self.first_on(simd, ray, Side::Outside, stretch),
             Route::Inside(stretches) => self.way_out(ray, stretches),
         })
     }
@@ -142,7 +148,7 @@ impl Patches {
             let mut hit = None;
             for stretch in stretches {
                 if hit.is_none() {
-                    hit = self.first_on(simd, ray, stretch);
+                    hit = self.first_on(simd, ray, Side::Inside, stretch);
                 }
             }
             hit
@@ -150,9 +156,9 @@ impl Patches {
     }
 
     #[inline(always)]
-    fn first_on<S: Simd>(&self, simd: S, ray: &Ray, stretch: &Stretch) -> Option<Hit> {
-        let (walk, tangent) = self.trace::<_, false>(simd, stretch)?;
-        Some(self.describe(ray, stretch, &walk, &tangent))
+    fn first_on<S: Simd>(&self, simd: S, ray: &Ray, side: Side, stretch: &Stretch) -> Option<Hit> {
+        let (walk, tangent) = self.trace::<_, false>(simd, Walk::new(self, side, stretch))?;
+        Some(self.describe(ray, stretch.start, stretch.length, &walk, &tangent))
     }
 
     #[inline(always)]
@@ -161,79 +167,18 @@ impl Patches {
             Route::Nowhere => false,
             Route::Series => return Answer::AskSeries,
             Route::Outside { enters: true, .. } => true,
-            Route::Outside { stretch, .. } => self.trace::<_, true>(simd, stretch).is_some(),
+            Route::Outside { stretch, .. } => {
+                self.trace::<_, true>(simd, Walk::new(self, Side::Outside, stretch)).is_some()
+            }
             Route::Inside(stretches) => self.way_out(ray, stretches).is_some(),
         })
     }
 
+    /// Describes a crossing on a stretch by where that starts and how long it is; the rounding of the point counts as error too.
     #[inline(always)]
-    fn hits_simd<S: Simd>(&self, simd: S, rays: &[Ray], hits: &mut [Option<Hit>]) -> Vec<usize> {
-        let mut unanswered = Vec::new();
-        let mut group = Group::EMPTY;
-        for (place, ray) in rays.iter().enumerate() {
-            hits[place] = None;
-            match self.route(simd, ray) {
-                Route::Nowhere => {}
-                Route::Outside { stretch, .. } => group.add(place, stretch),
-                route => match self.follow(simd, ray, &route) {
-                    Answer::Known(known) => hits[place] = known,
-                    Answer::AskSeries => unanswered.push(place),
-                },
-            }
-            if group.is_full() || place + 1 == rays.len() {
-                self.trace_together::<_, false>(
-                    simd,
-                    group.stretches(),
-                    #[inline(always)]
-                    |i, walk, tangent| {
-                        let (place, stretch) = (group.places[i], &group.stretches[i]);
-                        hits[place] = Some(self.describe(&rays[place], stretch, walk, tangent));
-                    },
-                );
-                group.count = 0;
-            }
-        }
-        unanswered
-    }
-
-    #[inline(always)]
-    fn mark_blocked_simd<S: Simd>(
-        &self,
-        simd: S,
-        rays: &[Ray],
-        blocked: &mut [bool],
-    ) -> Vec<usize> {
-        let mut unanswered = Vec::new();
-        let mut group = Group::EMPTY;
-        for (place, ray) in rays.iter().enumerate() {
-            if !blocked[place] {
-                match self.route(simd, ray) {
-                    Route::Nowhere => {}
-                    Route::Outside { stretch, enters: false } => group.add(place, stretch),
-                    route => match self.obstructed(simd, ray, &route) {
-                        Answer::Known(known) => blocked[place] = known,
-                        Answer::AskSeries => unanswered.push(place),
-                    },
-                }
-            }
-            if group.is_full() || place + 1 == rays.len() {
-                self.trace_together::<_, true>(
-                    simd,
-                    group.stretches(),
-                    #[inline(always)]
-                    |i, _, _| blocked[group.places[i]] = true,
-                );
-                group.count = 0;
-            }
-        }
-        unanswered
-    }
-
-    /// Describes a crossing; the rounding of the point counts as error too.
-    #[inline(always)]
-    fn describe(&self, ray: &Ray, stretch: &Stretch, walk: &Walk, tangent: &Tangent) -> Hit {
+    fn describe(&self, ray: &Ray, start: f64, length: f64, walk: &Walk, tangent: &Tangent) -> Hit {
         let normal = walk.normal(tangent).normalize();
-        let distance = stretch.start + walk.progress(stretch.length) * self.radius;
+        let distance = start + walk.progress(length) * self.radius;
         let distance = distance.max(ray.t_min).min(ray.t_max);
         let rounding = 4.0 * f64::EPSILON * (ray.origin.abs().element_sum() + distance.abs());
         Hit {
@@ -244,33 +189,6 @@ impl Patches {
             error: self.error() + rounding,
             part: 0,
         }
-    }
-}
-
-/// Stretches that are traced together, and the places of their rays in the batch.
-struct Group {
-    places: [usize; TOGETHER],
-    stretches: [Stretch; TOGETHER],
-    count: usize,
-}
-
-impl Group {
-    const EMPTY: Self =
-        Self { places: [0; TOGETHER], stretches: [Stretch::NONE; TOGETHER], count: 0 };
-
-    #[inline(always)]
-    fn add(&mut self, place: usize, stretch: Stretch) {
-        self.places[self.count % TOGETHER] = place;
-        self.stretches[self.count % TOGETHER] = stretch;
-        self.count += 1;
-    }
-
-    fn is_full(&self) -> bool {
-        self.count == TOGETHER
-    }
-
-    fn stretches(&self) -> &[Stretch] {
-        &self.stretches[..self.count.min(TOGETHER)]
     }
 }
 

@@ -52,8 +52,8 @@ impl Node {
     /// Tells on which side of the surface a line starts, over a child, if the planes can.
     #[inline(always)]
     pub(super) fn side(&self, lane: usize, line: &Line) -> Option<Side> {
-        let [low, thickness, by_u, by_v] =
-            [self.low, self.thickness, self.by_u, self.by_v].map(|lanes| f64::from(lanes[lane]));
+        let (low, thickness) = (f64::from(self.low[lane]), f64::from(self.thickness[lane]));
+        let (by_u, by_v) = (f64::from(self.by_u[lane]), f64::from(self.by_v[lane]));
         let above = line.w - low - by_u * line.u - by_v * line.v;
         if above < 0.0 {
             Some(Side::Outside)
@@ -67,8 +67,8 @@ impl Node {
     /// Gives the first tau from `enter` on at which the line meets the plane of a child on the line's side; there it is before the surface still.
     #[inline(always)]
     pub(super) fn reach(&self, lane: usize, line: &Line, side: Side, enter: f64) -> f64 {
-        let [low, thickness, by_u, by_v] =
-            [self.low, self.thickness, self.by_u, self.by_v].map(|lanes| f64::from(lanes[lane]));
+        let (low, thickness) = (f64::from(self.low[lane]), f64::from(self.thickness[lane]));
+        let (by_u, by_v) = (f64::from(self.by_u[lane]), f64::from(self.by_v[lane]));
         let (sign, plane) = match side {
             Side::Outside => (1.0, low),
             Side::Inside => (-1.0, low + thickness),
@@ -115,22 +115,26 @@ impl Probe {
         across: &Spans,
         along: &Spans,
     ) -> Meeting {
-        let load = |lanes: &[f32; 16]| f32x16::simd_from(simd, *lanes);
         let [nu, nv] = self.near.map(usize::from);
-        let enter_u = (load(&across.across[nu]) - self.u) * self.per_u;
-        let enter_v = (load(&along.along[nv]) - self.v) * self.per_v;
-        let leave_u = (load(&across.across[1 - nu]) - self.u) * self.per_u;
-        let leave_v = (load(&along.along[1 - nv]) - self.v) * self.per_v;
+        let enter_u = (load(simd, &across.across[nu]) - self.u) * self.per_u;
+        let enter_v = (load(simd, &along.along[nv]) - self.v) * self.per_v;
+        let leave_u = (load(simd, &across.across[1 - nu]) - self.u) * self.per_u;
+        let leave_v = (load(simd, &along.along[1 - nv]) - self.v) * self.per_v;
         let enter = enter_u.max(enter_v).max(f32x16::splat(simd, 0.0));
         let leave = leave_u.min(leave_v).min(self.end);
-        let (by_u, by_v) = (load(&node.by_u), load(&node.by_v));
-        let (low, thickness) = (load(&node.low), load(&node.thickness));
-        let splat = |x: f32| f32x16::splat(simd, x);
-        let plane = by_u.mul_add(splat(self.u), by_v.mul_add(splat(self.v), low));
-        let slope = by_u.mul_add(splat(self.du), by_v * self.dv);
+        let (by_u, by_v) = (load(simd, &node.by_u), load(simd, &node.by_v));
+        let (low, thickness) = (load(simd, &node.low), load(simd, &node.thickness));
+        let plane = by_u
+            .mul_add(f32x16::splat(simd, self.u), by_v.mul_add(f32x16::splat(simd, self.v), low));
+        let slope = by_u.mul_add(f32x16::splat(simd, self.du), by_v * self.dv);
         let (above, rise) = match self.side {
-            Side::Outside => (splat(self.w) - plane, splat(self.dw) - slope),
-            Side::Inside => (splat(self.w) + plane + thickness, splat(self.dw) + slope),
+            Side::Outside => {
+                (f32x16::splat(simd, self.w) - plane, f32x16::splat(simd, self.dw) - slope)
+            }
+            Side::Inside => (
+                f32x16::splat(simd, self.w) + plane + thickness,
+                f32x16::splat(simd, self.dw) + slope,
+            ),
         };
         let highest = enter.mul_add(rise, above).max(leave.mul_add(rise, above));
         let crossed = enter.simd_le(leave);
@@ -139,6 +143,11 @@ impl Probe {
         let children = in_order(met.to_bitmask() as u32, self.near) as u16;
         Meeting { children, certain: through.any_true() }
     }
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, lanes: &[f32; 16]) -> f32x16<S> {
+    f32x16::simd_from(simd, *lanes)
 }
 
 /// Turns a mask of children so that the first that a line meets is its lowest bit: along a line they never go back.

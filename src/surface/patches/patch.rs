@@ -104,23 +104,32 @@ struct Folded<S: Simd> {
     by_y: f32x16<S>,
 }
 
+// Functions, not closures: a closure does not take the instruction set over from where it is written.
+
+/// Gives `value` in the lanes whose number has a bit, 1 in the others.
+#[inline(always)]
+fn factor<S: Simd>(simd: S, bit: usize, value: f32) -> f32x16<S> {
+    let set = f32x16::simd_from(simd, SET[bit]);
+    set.mul_add(f32x16::splat(simd, value), f32x16::simd_from(simd, CLEAR[bit]))
+}
+
+#[inline(always)]
+fn total<S: Simd>(lanes: f32x16<S>) -> f64 {
+    f64::from(lanes.reduce_sum())
+}
+
 impl Patch {
     #[inline(always)]
     fn fold<S: Simd>(&self, simd: S, x: f32, y: f32) -> Folded<S> {
-        let row = |k: usize| f32x16::simd_from(simd, self.rows[k]);
         let square = f32x16::splat(simd, y * y);
-        let high = row(3);
-        let middle = high.mul_add(square, row(2));
-        let low = middle.mul_add(square, row(1));
-        let sums = low.mul_add(square, row(0));
+        let high = f32x16::simd_from(simd, self.rows[3]);
+        let middle = high.mul_add(square, f32x16::simd_from(simd, self.rows[2]));
+        let low = middle.mul_add(square, f32x16::simd_from(simd, self.rows[1]));
+        let sums = low.mul_add(square, f32x16::simd_from(simd, self.rows[0]));
         let slopes = high.mul_add(square, middle).mul_add(square, low);
-        let factor = |bit: usize, value: f32| {
-            let set = f32x16::simd_from(simd, SET[bit]);
-            set.mul_add(f32x16::splat(simd, value), f32x16::simd_from(simd, CLEAR[bit]))
-        };
         let x2 = x * x;
-        let powers = factor(0, x) * factor(1, x2) * factor(2, x2 * x2);
-        let monomials = powers * factor(3, y);
+        let powers = factor(simd, 0, x) * factor(simd, 1, x2) * factor(simd, 2, x2 * x2);
+        let monomials = powers * factor(simd, 3, y);
         let by_x = f32x16::splat(simd, 0.0).slide::<15>(monomials) * f32x16::simd_from(simd, POWER);
         let by_y = powers * f32x16::simd_from(simd, SET[3]);
         Folded { sums, slopes, monomials, by_x, by_y }
@@ -132,9 +141,8 @@ impl Patch {
         let f = self.fold(simd, x as f32, y as f32);
         let dy =
             (f.slopes * f.monomials).mul_add(f32x16::splat(simd, 2.0 * y as f32), f.sums * f.by_y);
-        let sum = |lanes: f32x16<S>| f64::from(lanes.reduce_sum());
-        let (height, dx) = (sum(f.sums * f.monomials), sum(f.sums * f.by_x));
-        Tangent { height: self.base + height, dx, dy: sum(dy) }
+        let (height, dx) = (total(f.sums * f.monomials), total(f.sums * f.by_x));
+        Tangent { height: self.base + height, dx, dy: total(dy) }
     }
 
     /// Prepares the search for the first root in the stretch of the line over this patch.

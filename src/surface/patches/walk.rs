@@ -7,7 +7,7 @@ use fearless_simd::Simd;
 use glam::DVec3;
 
 use super::board::FAN;
-use super::line::{Line, face_of};
+use super::line::{Line, facing, turned};
 use super::node::{Node, Probe};
 use super::patch::{Search, Step, TOLERANCE, Tangent};
 use super::route::Stretch;
@@ -19,6 +19,8 @@ const FACES: u32 = 8;
 /// One ray on its way.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Walk {
+    /// The cube face, and the ray on it.
+    face: usize,
     line: Line,
     probe: Probe,
     side: Side,
@@ -50,14 +52,13 @@ pub(super) enum Move {
 }
 
 impl Patches {
-    /// Follows one stretch to its first crossing: the walk there and the tangent. With `ANY` any crossing will do.
+    /// Follows one walk to its first crossing: the walk there and the tangent. With `ANY` any crossing will do.
     #[inline(always)]
     pub(super) fn trace<S: Simd, const ANY: bool>(
         &self,
         simd: S,
-        stretch: &Stretch,
+        mut walk: Walk,
     ) -> Option<(Walk, Tangent)> {
-        let mut walk = Walk::new(self, stretch);
         loop {
             if self.open(simd, &mut walk) && ANY {
                 return Some((walk, Tangent::UNKNOWN));
@@ -99,7 +100,7 @@ impl Patches {
         let lane = (row % FAN) * FAN + column % FAN;
         let mut local = walk.line.over(self.board.cell(column), self.board.cell(row));
         local.enter = self.node(walk).reach(lane, &walk.line, walk.side, local.enter);
-        let patch = self.patch_index(walk.line.face, row, column);
+        let patch = self.patch_index(walk.face, row, column);
         walk.patch = patch as u32;
         walk.search = self.leaves[patch].search(&walk.line, local);
         if local.enter <= local.leave { Step::On } else { Step::Past }
@@ -114,9 +115,10 @@ impl Patches {
     /// Tells on which side of the surface a point is, in largest radii; `None` when it is too near to say.
     #[inline(always)]
     pub(super) fn side<S: Simd>(&self, simd: S, p: DVec3) -> Option<Side> {
-        let line = Line::new(face_of(p), p, DVec3::ZERO, 0.0);
+        let (face, p, _) = facing(p.to_array(), [0.0; 3]);
+        let line = Line::new(p, [0.0; 3], 0.0);
         let (row, column) = (self.board.place(line.v), self.board.place(line.u));
-        let index = self.patch_index(line.face, row, column);
+        let index = self.patch_index(face as usize, row, column);
         let node = &self.levels[0][index / (FAN * FAN)];
         if let Some(side) = node.side(index % (FAN * FAN), &line) {
             return Some(side);
@@ -137,8 +139,7 @@ impl Patches {
     fn node(&self, walk: &Walk) -> &Node {
         let level = walk.level as usize;
         let nodes = self.board.nodes(level);
-        &self.levels[level]
-            [(walk.line.face * nodes + walk.row as usize) * nodes + walk.column as usize]
+        &self.levels[level][(walk.face * nodes + walk.row as usize) * nodes + walk.column as usize]
     }
 
     #[inline(always)]
@@ -152,15 +153,29 @@ impl Patches {
 impl Walk {
     /// Starts where the stretch does.
     #[inline(always)]
-    pub(super) fn new(patches: &Patches, stretch: &Stretch) -> Self {
-        let line = Line::new(face_of(stretch.at), stretch.at, stretch.direction, stretch.length);
+    pub(super) fn new(patches: &Patches, side: Side, stretch: &Stretch) -> Self {
+        let Stretch { at, direction, length, .. } = *stretch;
+        let (face, p, d) = facing(at, direction);
+        Self::on(patches, side, face as usize, Line::new(p, d, length), stretch)
+    }
+
+    /// Starts where the stretch does, by the line of it on the face where that is.
+    #[inline(always)]
+    pub(super) fn on(
+        patches: &Patches,
+        side: Side,
+        face: usize,
+        line: Line,
+        stretch: &Stretch,
+    ) -> Self {
         Self {
+            face,
             line,
-            probe: Probe::new(&line, stretch.side),
-            side: stretch.side,
-            at: stretch.at,
+            probe: Probe::new(&line, side),
+            side,
+            at: DVec3::from_array(stretch.at),
             left: stretch.length,
-            direction: stretch.direction,
+            direction: DVec3::from_array(stretch.direction),
             faces: 1,
             level: patches.levels.len() as u32 - 1,
             row: 0,
@@ -197,7 +212,7 @@ impl Walk {
     /// Makes the move [`Move::Cross`]; false where the ray ends before.
     #[inline(always)]
     pub(super) fn cross(&mut self, patches: &Patches) -> bool {
-        let Some(face) = self.line.next_face() else { return false };
+        let Some(face) = self.line.next_face(self.face) else { return false };
         if self.faces == FACES {
             return false;
         }
@@ -205,7 +220,9 @@ impl Walk {
         self.at += step * self.direction;
         self.left -= step;
         self.faces += 1;
-        self.line = Line::new(face, self.at, self.direction, self.left);
+        self.face = face;
+        let [p, d] = [self.at, self.direction].map(|vector| turned(vector, face / 2));
+        self.line = Line::new(p, d, self.left);
         self.probe = Probe::new(&self.line, self.side);
         (self.level, self.row, self.column) = (patches.levels.len() as u32 - 1, 0, 0);
         true
@@ -220,6 +237,6 @@ impl Walk {
     /// Gives the outward normal of the patch under search.
     #[inline(always)]
     pub(super) fn normal(&self, tangent: &Tangent) -> DVec3 {
-        self.line.normal(self.search.tau, &self.search.local, tangent)
+        self.line.normal(self.face, self.search.tau, &self.search.local, tangent)
     }
 }
