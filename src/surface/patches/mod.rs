@@ -118,7 +118,9 @@ impl Patches {
 
     /// Finds the first hits of many rays; gives the places of those that only the series can answer.
     pub(super) fn hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Vec<usize> {
-        hits.iter_mut().for_each(|hit| *hit = None);
+        for hit in hits.iter_mut() {
+            *hit = None;
+        }
         let mut answers = FirstHits { hits, unanswered: Vec::new() };
         dispatch!(self.level, simd => self.answer(simd, rays, &mut answers));
         answers.unanswered
