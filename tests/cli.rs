@@ -330,7 +330,7 @@ fn illum_prints_a_table_for_each_group_and_writes_csv() {
         lines.next(),
         Some(
             "group,x_m,y_m,z_m,normal_x,normal_y,normal_z,illuminance_lx,half_width_95_lx,\
-             standard_error_lx,direct_lx,spoilt_samples"
+             standard_error_lx,direct_lx,spoilt_samples,exact_lx,deviation_in_standard_errors"
         )
     );
     let groups: Vec<&str> = lines.filter_map(|l| l.split(',').next()).collect();

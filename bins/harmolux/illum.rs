@@ -1,29 +1,31 @@
 //! `harmolux illum`: lux at the sensors of a scene.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
 use harmolux::estimators::{
-    Ending, SensorEstimator, SensorSettings, Survey, Weighting, illuminance,
+    GroupSummary, SensorEstimator, SensorSettings, Survey, Weighting, illuminance,
 };
 use harmolux::io::output::Output;
-use harmolux::io::scene_file::{IllumEstimator, IllumSpec};
+use harmolux::io::scene_file::{IllumEstimator, IllumSpec, RequireSpec};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::math::Randomness;
 use harmolux::scene::{Illuminance, Scene, Sensor};
-use harmolux::study::SensorGroup;
+use harmolux::study::{Judged, SensorGroup, Verdict, judge, known};
 use harmolux::{Error, Result};
 
 use super::arguments::SceneArguments;
 use super::exit::Code;
 use super::fit::about;
-use super::progress::{self, Meter};
+use super::progress::Meter;
 use super::render::{code, load_scene, read_scene, stop};
-use super::{interrupt, say};
+use super::{illum_report, interrupt, say};
 
 /// Measure illuminance, lx, at the sensors of a scene
 ///
-/// Each value comes with its 95 % interval and the part that arrives directly; each group of sensors with mean, least, largest and U0 = least / mean.
+/// Each value comes with its 95 % interval and the part that arrives directly; each group of sensors with mean, least, largest and U0 = least / mean, each
+/// with an interval of its own. Sensors that `[compare]` names stand beside what they are known to receive. What `[require]` asks for is judged by those intervals: met, not met or undecided; unless all is met, the exit code is 4.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux illum room.toml                               a table
@@ -45,11 +47,13 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let output = verb.output.as_deref().map(|path| Output::open(path, &kind, verb.common.force));
     let output = output.transpose()?;
     let loaded = load_scene(&file)?;
+    let known: Vec<Option<Vec<f64>>> =
+        loaded.sensors.iter().map(|group| known(&file, group)).collect::<Result<_>>()?;
     let sensors: Vec<Sensor> =
         loaded.sensors.iter().flat_map(|g| g.sensors.iter().copied()).collect();
     if sensors.is_empty() {
         return Err(Error::Parameter(format!(
-            "{}: the scene has no sensors; add [sensors.NAME.points] or [sensors.NAME.grid]",
+            "{}: the scene has no sensors; add [sensors.NAME.points], [sensors.NAME.line] or [sensors.NAME.grid]",
             verb.common.scene.display()
         )));
     }
@@ -59,18 +63,81 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))
         .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
-    fill(&mut table, &loaded.sensors, &survey);
+    let groups = groups(&loaded.sensors, known, &survey, &file.require);
+    fill(&mut table, &groups);
     if let Some(output) = output {
         output.write(&table.to_csv()?)?;
     }
     if as_json {
-        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
+        say::data(&illum_report::json(&table, &groups, &survey)?);
     } else {
-        report(&loaded.sensors, &survey);
+        groups.iter().for_each(illum_report::group);
     }
+    illum_report::run(&survey);
     let worst = survey.results.iter().map(|r| r.total).filter(|e| e.mean > 0.0);
     let worst = worst.map(|e| e.relative_half_width()).reduce(f64::max);
-    Ok(code(survey.ending, settings.stop, worst, "largest 95 % half width"))
+    let code = code(survey.ending, settings.stop, worst, "largest 95 % half width");
+    let met = |group: &Group| group.judged.iter().all(|j| j.verdict == Verdict::Met);
+    let all_met = groups.iter().all(|group| met(group) && group.comparisons().all(|c| c.agrees));
+    Ok(if code == Code::Done && !all_met { Code::NotMet } else { code })
+}
+
+/// A group of sensors with what was measured and required there.
+pub(crate) struct Group<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) sensors: &'a [Sensor],
+    pub(crate) results: &'a [Illuminance],
+    /// `None` without sensors.
+    pub(crate) summary: Option<GroupSummary>,
+    pub(crate) judged: Vec<Judged>,
+    /// What the sensors are known to receive, lx.
+    known: Option<Vec<f64>>,
+}
+
+/// An illuminance beside the one that is known.
+pub(crate) struct Comparison {
+    /// The known one, lx.
+    pub(crate) exact: f64,
+    /// How far the estimate is from it, in standard errors.
+    pub(crate) deviation: f64,
+    /// Whether that is consistent by the joint test of all sensors of the group.
+    pub(crate) agrees: bool,
+}
+
+impl Group<'_> {
+    /// Compares each sensor with what it is known to receive; nothing where nothing is known.
+    pub(crate) fn comparisons(&self) -> impl Iterator<Item = Comparison> {
+        let known = self.known.iter().flatten();
+        known.zip(self.results).map(|(&exact, result)| Comparison {
+            exact,
+            deviation: result.total.deviation(exact),
+            agrees: result.total.agrees_with(exact, 0.0, self.results.len()),
+        })
+    }
+}
+
+fn groups<'a>(
+    groups: &'a [SensorGroup],
+    known: Vec<Option<Vec<f64>>>,
+    survey: &'a Survey,
+    require: &BTreeMap<String, RequireSpec>,
+) -> Vec<Group<'a>> {
+    let mut start = 0;
+    let group = |(group, known): (&'a SensorGroup, Option<Vec<f64>>)| {
+        let range = start..start + group.sensors.len();
+        start = range.end;
+        let summary = GroupSummary::of(&survey.replicates[range.clone()]);
+        let required = require.get(&group.name).zip(summary.as_ref());
+        Group {
+            name: &group.name,
+            sensors: &group.sensors,
+            results: &survey.results[range],
+            summary,
+            judged: required.map_or(Vec::new(), |(require, summary)| judge(require, summary)),
+            known,
+        }
+    };
+    groups.iter().zip(known).map(group).collect()
 }
 
 fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments) -> SensorSettings {
@@ -99,25 +166,15 @@ fn columns() -> Table {
         "standard_error_lx",
         "direct_lx",
         "spoilt_samples",
+        "exact_lx",
+        "deviation_in_standard_errors",
     ])
 }
 
-/// Pairs sensors and results group by group.
-fn grouped<'a>(
-    groups: &'a [SensorGroup],
-    survey: &'a Survey,
-) -> impl Iterator<Item = (&'a SensorGroup, &'a [Illuminance])> {
-    let mut start = 0;
-    groups.iter().map(move |group| {
-        let range = start..start + group.sensors.len();
-        start = range.end;
-        (group, &survey.results[range])
-    })
-}
-
-fn fill(table: &mut Table, groups: &[SensorGroup], survey: &Survey) {
-    for (group, results) in grouped(groups, survey) {
-        for (sensor, r) in group.sensors.iter().zip(results) {
+fn fill(table: &mut Table, groups: &[Group]) {
+    for group in groups {
+        let mut comparisons = group.comparisons();
+        for (sensor, r) in group.sensors.iter().zip(group.results) {
             let [x, y, z] = sensor.at.to_array();
             let [nx, ny, nz] = sensor.normal.to_array();
             let numbers = [
@@ -132,62 +189,11 @@ fn fill(table: &mut Table, groups: &[SensorGroup], survey: &Survey) {
                 r.total.standard_error,
                 r.direct.mean,
             ];
-            let cells = std::iter::once(Cell::from(group.name.as_str()));
+            let cells = std::iter::once(Cell::from(group.name));
             let cells = cells.chain(numbers.map(Cell::Number)).chain([Cell::Whole(r.spoilt)]);
-            table.push(cells);
+            let comparison = comparisons.next();
+            let exact = comparison.as_ref().map(|c| c.exact).into();
+            table.push(cells.chain([exact, comparison.map(|c| c.deviation).into()]));
         }
     }
-}
-
-fn report(groups: &[SensorGroup], survey: &Survey) {
-    for (group, results) in grouped(groups, survey) {
-        if results.is_empty() {
-            continue;
-        }
-        let mut table =
-            say::table(&[&group.name, "x m", "y m", "z m", "E lx", "± 95 %", "direct lx"]);
-        for (i, (sensor, r)) in group.sensors.iter().zip(results).enumerate() {
-            let number = |x: f64| say::significant(x, 4);
-            table.add_row([
-                (i + 1).to_string(),
-                number(sensor.at.x),
-                number(sensor.at.y),
-                number(sensor.at.z),
-                number(r.total.mean),
-                say::significant(r.total.half_width(0.05), 2),
-                number(r.direct.mean),
-            ]);
-        }
-        say::data(&table.to_string());
-        summary(group, results);
-    }
-    let end = match survey.ending {
-        Ending::Interrupted => ", interrupted",
-        _ => "",
-    };
-    say::note(&format!("{} walks in {}{end}", survey.walks, progress::duration(survey.elapsed)));
-    if survey.escaped > 0.0 {
-        say::warning(&format!("{} of the light left the scene", say::percent(survey.escaped)));
-    }
-    let spoilt: u64 = survey.results.iter().map(|r| r.spoilt).sum();
-    if spoilt > 0 {
-        say::warning(&format!(
-            "{spoilt} samples were not finite; they are counted here and nowhere else"
-        ));
-    }
-}
-
-fn summary(group: &SensorGroup, results: &[Illuminance]) {
-    let values = || results.iter().map(|r| r.total.mean);
-    let mean = values().sum::<f64>() / results.len() as f64;
-    let (least, largest) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
-    let number = |x: f64| say::significant(x, 4);
-    let uniformity = if mean > 0.0 { say::significant(least / mean, 3) } else { "-".to_owned() };
-    say::data(&format!(
-        "{}: mean {} lx, least {} lx, largest {} lx, U0 = {uniformity}\n",
-        group.name,
-        number(mean),
-        number(least),
-        number(largest),
-    ));
 }

@@ -11,6 +11,7 @@ mod fit;
 mod fit_many;
 mod fit_report;
 mod illum;
+mod illum_report;
 mod info;
 mod interrupt;
 mod mean;

@@ -43,6 +43,8 @@ pub struct SensorSettings {
 pub struct Survey {
     /// One result per sensor.
     pub results: Vec<Illuminance>,
+    /// What each sensor received in each replicate, lx; sensors share their walks, so that replicates of one number belong together.
+    pub replicates: Vec<[f64; REPLICATES]>,
     /// Why the run ended.
     pub ending: Ending,
     /// Walks in all.
@@ -115,9 +117,13 @@ pub fn illuminance(
             target = (2 * target).min(limit);
         }
     };
-    let results = points.iter().zip(&sums).map(|(p, s)| result(*p, s, done)).collect();
     Ok(Survey {
-        results,
+        results: points.iter().zip(&sums).map(|(p, s)| result(*p, s, done)).collect(),
+        replicates: points
+            .iter()
+            .zip(&sums)
+            .map(|(p, s)| replicates(*p, s, done, Light::total))
+            .collect(),
         ending,
         walks: done * REPLICATES as u64,
         escaped: escaped / (launcher.power() * (done * REPLICATES as u64) as f64),
@@ -201,18 +207,25 @@ impl Run<'_> {
 
 /// Turns the sums of one sensor into its result.
 fn result(points: Rgb, sums: &[Sum; REPLICATES], walks: u64) -> Illuminance {
-    let mean = |light: fn(&Light) -> Rgb| {
-        let values = sums.map(|s| {
-            let good = (walks - s.spoilt).max(1) as f64;
-            (points + light(&s.light) / good).luminance()
-        });
-        Estimate::of_replicates(&values)
-    };
+    let mean = |light| Estimate::of_replicates(&replicates(points, sums, walks, light));
     Illuminance {
         total: mean(Light::total),
         direct: mean(|light| light.direct),
         spoilt: sums.iter().map(|s| s.spoilt).sum(),
     }
+}
+
+/// Gives the illuminance of one sensor in each replicate, lx.
+fn replicates(
+    points: Rgb,
+    sums: &[Sum; REPLICATES],
+    walks: u64,
+    light: fn(&Light) -> Rgb,
+) -> [f64; REPLICATES] {
+    sums.map(|s| {
+        let good = (walks - s.spoilt).max(1) as f64;
+        (points + light(&s.light) / good).luminance()
+    })
 }
 
 /// Gives the largest relative 95 % half width; sensors without any light count as exact.

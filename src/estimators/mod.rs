@@ -2,6 +2,7 @@
 
 mod connect;
 mod direct;
+mod groups;
 mod image;
 mod local;
 mod path;
@@ -9,6 +10,7 @@ mod replicates;
 mod walk;
 
 pub use connect::{Light, Receiver, Weighting};
+pub use groups::{Bracket, GroupSummary};
 pub use image::{Estimator, ImageSettings, Rendering, render};
 pub use local::{SensorEstimator, SensorSettings, Survey, illuminance};
 pub use replicates::{Ending, Observer, Progress, REPLICATES, Stop};

@@ -45,6 +45,12 @@ impl Estimate {
         self.standard_error / self.mean.abs()
     }
 
+    /// Gives how far the estimate lies above an exact value, in standard errors; 0 where both are the same.
+    pub fn deviation(&self, exact: f64) -> f64 {
+        let difference = self.mean - exact;
+        if difference == 0.0 { 0.0 } else { difference / self.standard_error }
+    }
+
     /// Tells whether `reference` (with its own standard error) is consistent with the estimate when `count` values are judged
     /// together with a family false-alarm rate of 1e-3: |x - ref| <= t(1e-3/count; R-1) sqrt(se^2 + se_ref^2) + 1e-9 |ref|.
     pub fn agrees_with(&self, reference: f64, reference_error: f64, count: usize) -> bool {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::io::scene_file::{
-    BoxFace, BoxSpec, GridLayout, GridPlace, GridSpec, ObjectSpec, SceneFile,
+    BoxFace, BoxSpec, GridLayout, GridPlace, GridSpec, LineLayout, LineSpec, ObjectSpec, SceneFile,
 };
 use crate::math::Aabb;
 use crate::scene::Sensor;
@@ -43,6 +43,24 @@ pub(super) fn sensors(grid: &GridSpec, file: &SceneFile, extent: Aabb) -> Result
         .flat_map(|j| (0..counts[0]).map(move |i| (i, j)))
         .map(|(i, j)| Sensor { at: field.corner + along(0, i) + along(1, j), normal: field.normal })
         .collect())
+}
+
+/// Lays the sensors of a line out, from one end to the other.
+///
+/// # Errors
+/// The number of sensors, when it is above [`MAX_SENSORS`].
+pub(super) fn along(line: &LineSpec) -> Result<Vec<Sensor>, f64> {
+    let LineSpec { from, to, normal, layout } = *line;
+    let count = match layout {
+        // A length that is a multiple of the spacing but for roundings has no point more.
+        LineLayout::Spacing(spacing) => (from.distance(to) / spacing - 1e-9).ceil().max(1.0) + 1.0,
+        LineLayout::Count(count) => f64::from(count),
+    };
+    if count > MAX_SENSORS {
+        return Err(count);
+    }
+    let place = |i: u32| from.lerp(to, f64::from(i) / (count - 1.0));
+    Ok((0..count as u32).map(|i| Sensor { at: place(i), normal }).collect())
 }
 
 fn field(place: &GridPlace, file: &SceneFile, extent: Aabb) -> Option<Field> {

@@ -315,18 +315,21 @@ fn misplaced_cameras(file: &SceneFile, solids: &[Solid]) -> Vec<String> {
 }
 
 fn sensors(file: &SceneFile, scene: &Scene) -> Result<Vec<SensorGroup>> {
+    let too_many = |name: &str, what: &str, count: f64| {
+        let message = format!(
+            "the {what} `{name}` would have {count:.3e} sensors, more than {}",
+            grids::MAX_SENSORS
+        );
+        let help = "write a larger `spacing`, or a smaller `count`".to_owned();
+        file.source.error(&["sensors", name, what], message, Some(help))
+    };
     let lay_out = |name: &str, spec: &SensorSpec| match spec {
         SensorSpec::Points(points) => {
             Ok(points.at.iter().map(|&at| Sensor { at, normal: points.normal }).collect())
         }
-        SensorSpec::Grid(grid) => grids::sensors(grid, file, scene.bounds()).map_err(|count| {
-            let message = format!(
-                "the grid `{name}` would have {count:.3e} sensors, more than {}",
-                grids::MAX_SENSORS
-            );
-            let help = "write a larger `spacing`, or a smaller `count`".to_owned();
-            file.source.error(&["sensors", name, "grid"], message, Some(help))
-        }),
+        SensorSpec::Grid(grid) => grids::sensors(grid, file, scene.bounds())
+            .map_err(|count| too_many(name, "grid", count)),
+        SensorSpec::Line(line) => grids::along(line).map_err(|count| too_many(name, "line", count)),
     };
     file.sensors
         .iter()

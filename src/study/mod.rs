@@ -7,8 +7,10 @@ mod detail;
 mod fit;
 mod fit_points;
 mod grids;
+mod known;
 mod load;
 mod ray_check;
+mod requirements;
 mod reshape;
 mod shared_surfaces;
 mod solids;
@@ -23,11 +25,13 @@ pub use compare::{
 pub use detail::{Detail, detail};
 pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
 pub use fit_points::{PointFit, fit_points};
+pub use known::known;
 pub use load::{DetailedObject, FittedObject, Loaded, SensorGroup, camera, load, load_seen};
 pub use ray_check::{
     CheckShape, RayCheck, RayCheckSettings, RayFault, RayQuestion, RayRule, check_rays,
     check_shapes,
 };
+pub use requirements::{Judged, Verdict, judge};
 pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
 pub use shared_surfaces::Preparation;
 pub use sweep::{SweepRow, sweep, sweep_figure};

@@ -118,7 +118,7 @@ impl RadialBody {
         &self.shell
     }
 
-    /// Clips a ray to the bounding ball; `None` when it passes by.
+    /// Clips a ray to the bounding ball; `None` when it passes by, or an end of it is not a number.
     pub fn chord(&self, ray: &Ray) -> Option<Chord> {
         let nearest = -ray.origin.dot(ray.direction);
         let offset = ray.at(nearest).length();
@@ -128,7 +128,8 @@ impl RadialBody {
         }
         let half = half.sqrt();
         let (start, end) = (ray.t_min.max(nearest - half), ray.t_max.min(nearest + half));
-        (start <= end).then_some(Chord { start, end, nearest, offset })
+        // NaN would be passed over by `max` and `min`.
+        (ray.t_min <= ray.t_max && start <= end).then_some(Chord { start, end, nearest, offset })
     }
 
     /// Gives where the line of a chord is inside the ball that fills the body: between these two distances nothing can be hit.

@@ -259,7 +259,10 @@ mod tests {
         assert!(s.hit(&Ray::new(DVec3::new(-5.0, 2.1, 0.0), DVec3::X)).is_none());
         assert!(s.hit(&Ray::new(DVec3::new(5.0, 0.0, 0.0), DVec3::X)).is_none());
         let nan = Ray::new(DVec3::splat(f64::NAN), DVec3::X);
-        assert!(s.hit(&nan).is_none() && !s.blocked(&nan));
+        let ray = Ray::new(DVec3::new(-5.0, 1.0, 0.0), DVec3::X);
+        for nan in [nan, Ray { t_min: f64::NAN, ..ray }, ray.up_to(f64::NAN)] {
+            assert!(s.hit(&nan).is_none() && !s.blocked(&nan));
+        }
     }
 
     #[test]

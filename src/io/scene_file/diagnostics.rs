@@ -73,11 +73,12 @@ impl<'a> Fault<'a> {
         Self { path: source.keyed(path), on_key: place.key.as_ref() == Some(span) }
     }
 
-    /// Gives what the path is about: the kind it starts with, or the table of details that its last key is in.
+    /// Gives what the path is about: the kind it starts with, a line of sensors, or the table of details that its last key is in.
     fn kind(&self) -> &str {
         match self.path {
             [kind, table, _] if kind == "render" && table == "detail" => table,
             [_, _, _, table, _] if table == "detail" => table,
+            [kind, _, r#type, _] if kind == "sensors" && r#type == "line" => r#type,
             [kind, ..] => kind,
             [] => "",
         }

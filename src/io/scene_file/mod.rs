@@ -5,6 +5,7 @@
 //! room that loads scenes; through [`Source::error`] it too can point at a key.
 
 mod camera;
+mod compare;
 mod diagnostics;
 mod light;
 mod material;
@@ -12,6 +13,7 @@ mod object;
 mod overrides;
 mod placement;
 mod references;
+mod require;
 mod sensor;
 mod source;
 mod suggest;
@@ -29,6 +31,7 @@ use serde::Deserialize;
 use toml::de::{DeTable, Deserializer, ValueDeserializer};
 
 pub use camera::{CameraSpec, PerspectiveSpec};
+pub use compare::CompareSpec;
 pub use light::{LightSpec, PointLightSpec, Strength};
 pub use material::{LambertSpec, MaterialSpec};
 pub use object::{
@@ -37,7 +40,8 @@ pub use object::{
 };
 pub use overrides::split_override;
 pub use placement::{PlacementSpec, Rotation, Unit, Up};
-pub use sensor::{GridLayout, GridPlace, GridSpec, PointsSpec, SensorSpec};
+pub use require::{Limit, Quantity, RequireSpec};
+pub use sensor::{GridLayout, GridPlace, GridSpec, LineLayout, LineSpec, PointsSpec, SensorSpec};
 pub use source::Source;
 pub use task::{DetailSpec, IllumEstimator, IllumSpec, RenderEstimator, RenderSpec, StopSpec};
 
@@ -64,6 +68,10 @@ pub struct SceneFile {
     pub render: RenderSpec,
     /// How illuminance is computed.
     pub illum: IllumSpec,
+    /// What groups of sensors must show.
+    pub require: BTreeMap<String, RequireSpec>,
+    /// What groups of sensors are known to receive.
+    pub compare: BTreeMap<String, CompareSpec>,
     /// Where everything was written.
     pub source: Source,
 }
@@ -182,6 +190,10 @@ struct Document {
     render: RenderSpec,
     #[serde(default, deserialize_with = "values::table")]
     illum: IllumSpec,
+    #[serde(default, deserialize_with = "values::tables")]
+    require: BTreeMap<String, RequireSpec>,
+    #[serde(default)]
+    compare: BTreeMap<String, CompareSpec>,
 }
 
 impl Document {
@@ -203,8 +215,21 @@ impl Document {
             let path = ["sensors", name, sensor.type_name()];
             sensor.check(&Entry { source: &source, path }, &self.objects)
         })?;
-        let Self { materials, objects, cameras, render, illum, .. } = self;
-        Ok(SceneFile { materials, objects, lights, cameras, sensors, render, illum, source })
+        let Self { materials, objects, cameras, render, illum, require, compare, .. } = self;
+        require::check(&require, &sensors, &source)?;
+        compare::check(&compare, &sensors, &source)?;
+        Ok(SceneFile {
+            materials,
+            objects,
+            lights,
+            cameras,
+            sensors,
+            render,
+            illum,
+            require,
+            compare,
+            source,
+        })
     }
 
     fn check_objects(&mut self, source: &Source) -> Result<()> {

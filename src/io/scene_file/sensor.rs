@@ -10,8 +10,8 @@ use serde::{Deserialize, Deserializer};
 use super::object::{BoxFace, ObjectSpec};
 use super::source::Entry;
 use super::suggest::suggest;
-use super::values::{AtLeast0, Coordinate, Range, Size, number, number_if};
-use super::vectors::{columns_rows_if, direction, points};
+use super::values::{AtLeast0, Coordinate, Range, Size, number, number_if, whole};
+use super::vectors::{columns_rows_if, direction, point, points};
 use crate::{Error, Result};
 
 /// Describes a set of illuminance sensors.
@@ -22,6 +22,30 @@ pub enum SensorSpec {
     Points(PointsSpec),
     /// A rectangular grid on a flat thing of the scene, or at a height.
     Grid(GridSpec),
+    /// Points along a line.
+    Line(LineSpec),
+}
+
+/// Describes equidistant points of illuminance along a line, both ends among them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineSpec {
+    /// Where it begins, metres.
+    pub from: DVec3,
+    /// Where it ends, metres; somewhere else.
+    pub to: DVec3,
+    /// The side the points look to, of length 1.
+    pub normal: DVec3,
+    /// How the points are spread.
+    pub layout: LineLayout,
+}
+
+/// Says how the points of a line are spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LineLayout {
+    /// At most so far from each other, metres.
+    Spacing(f64),
+    /// In this number, at least 2.
+    Count(u32),
 }
 
 /// Describes points of illuminance.
@@ -84,6 +108,27 @@ pub enum GridLayout {
 pub(super) enum WrittenSensor {
     Points(PointsSpec),
     Grid(WrittenGrid),
+    Line(WrittenLine),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WrittenLine {
+    #[serde(deserialize_with = "point")]
+    from: DVec3,
+    #[serde(deserialize_with = "point")]
+    to: DVec3,
+    #[serde(deserialize_with = "direction")]
+    normal: DVec3,
+    #[serde(default, deserialize_with = "number_if::<Size, _>")]
+    spacing: Option<f64>,
+    #[serde(default, deserialize_with = "several_if")]
+    count: Option<u32>,
+}
+
+/// Reads a whole number from 2, of a key that may be left out.
+fn several_if<'de, D: Deserializer<'de>>(d: D) -> Result<Option<u32>, D::Error> {
+    whole::<2, { u32::MAX as u64 }, _, _>(d).map(Some)
 }
 
 #[derive(Debug, Deserialize)]
@@ -144,6 +189,7 @@ impl WrittenSensor {
         match self {
             Self::Points(_) => "points",
             Self::Grid(_) => "grid",
+            Self::Line(_) => "line",
         }
     }
 
@@ -155,8 +201,35 @@ impl WrittenSensor {
         match self {
             Self::Points(spec) => Ok(SensorSpec::Points(spec)),
             Self::Grid(written) => written.check(entry, objects).map(SensorSpec::Grid),
+            Self::Line(written) => written.check(entry).map(SensorSpec::Line),
         }
     }
+}
+
+impl WrittenLine {
+    fn check(self, entry: &Entry) -> Result<LineSpec> {
+        let Self { from, to, normal, .. } = self;
+        if from == to {
+            let message = format!("`from` and `to` in {} are the same point", entry.header());
+            return Err(entry.error(entry.culprit("from", "to"), message, "move one of them"));
+        }
+        let layout = match (self.spacing, self.count) {
+            (Some(spacing), None) => LineLayout::Spacing(spacing),
+            (None, Some(count)) => LineLayout::Count(count),
+            (None, None) => {
+                let message = format!("missing key `spacing` or `count` in {}", entry.header());
+                return Err(entry.error("", message, "add `spacing = 0.5` (m) or `count = 20`"));
+            }
+            (Some(_), Some(_)) => return Err(both(entry)),
+        };
+        Ok(LineSpec { from, to, normal, layout })
+    }
+}
+
+/// Refuses `spacing` and `count` together.
+fn both(entry: &Entry) -> Error {
+    let message = format!("both `spacing` and `count` in {}", entry.header());
+    entry.error(entry.culprit("spacing", "count"), message, "keep one of them")
 }
 
 impl WrittenGrid {
@@ -187,10 +260,7 @@ impl WrittenGrid {
             (None, None) => Ok(GridLayout::default()),
             (Some(spacing), None) => Ok(spacing.0),
             (None, Some(count)) => Ok(GridLayout::Count(count)),
-            (Some(_), Some(_)) => {
-                let message = format!("both `spacing` and `count` in {}", entry.header());
-                Err(entry.error(entry.culprit("spacing", "count"), message, "keep one of them"))
-            }
+            (Some(_), Some(_)) => Err(both(entry)),
         }
     }
 }

@@ -36,6 +36,8 @@ pub(super) fn list<S: AsRef<str>>(names: &[S]) -> String {
 pub(super) fn example(kind: &str, key: &str) -> Option<&'static str> {
     match (kind, key) {
         ("sensors", "at") => Some("at = [[1, 1, 0], [2, 1, 0]]"),
+        ("line", "count") => Some("count = 20"),
+        ("line", "spacing") => Some("spacing = 0.5"),
         ("detail", "normal") => Some("normal = 2"),
         ("cameras", "up") => Some("up = [0, 0, 1]"),
         _ => EXAMPLES.iter().copied().find(|line| line.split(" = ").next() == Some(key)),

@@ -129,7 +129,7 @@ mod tests {
     fn types_are_heard_from_serde() {
         assert_eq!(types("nothing"), [""; 0]);
         assert_eq!(types("objects"), ["box", "rectangle", "disc", "sphere", "plane", "mesh", "sh"]);
-        assert_eq!(types("sensors"), ["points", "grid"]);
+        assert_eq!(types("sensors"), ["points", "grid", "line"]);
         assert!(KINDS.into_iter().all(|kind| !types(kind).is_empty()));
     }
 }

@@ -3,6 +3,7 @@
 //! Each is a function for `#[serde(deserialize_with)]`. A message is what follows "`key` in [table] "; after a line break it may say how
 //! to go on. 2 and 2.0 are the same everywhere.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 use std::time::Duration;
@@ -44,6 +45,7 @@ ranges! {
     Albedo: |x| (0.0..1.0).contains(&x), "from 0 to below 1", "it is the reflected part of the flux; at 1 light would never be absorbed";
     Opening: |x| x > 0.0 && x < 180.0, "between 0 and 180 degrees", "";
     HalfTurn: |x| (0.0..=180.0).contains(&x), "from 0 to 180 degrees", "";
+    Share: |x| (0.0..=1.0).contains(&x), "from 0 to 1", "";
     Part: |x| x > 0.0 && x < 1.0, "between 0 and 1", "write 0.01 for one per cent";
     Size: |x| x > 0.0 && x <= 1e9, "above 0 and at most 1e9 metres", "";
     Coordinate: |x| x.abs() <= 1e9, "within 1e9 metres of the origin", "";
@@ -183,6 +185,25 @@ where
     D: Deserializer<'de>,
 {
     d.deserialize_any(TableVisitor(PhantomData))
+}
+
+/// Reads tables by name.
+pub(super) fn tables<'de, T, D>(d: D) -> Result<BTreeMap<String, T>, D::Error>
+where
+    T: Deserialize<'de> + Inline,
+    D: Deserializer<'de>,
+{
+    let written = BTreeMap::<String, InlineTable<T>>::deserialize(d)?;
+    Ok(written.into_iter().map(|(name, table)| (name, table.0)).collect())
+}
+
+/// A table among others.
+struct InlineTable<T>(T);
+
+impl<'de, T: Deserialize<'de> + Inline> Deserialize<'de> for InlineTable<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        table(deserializer).map(Self)
+    }
 }
 
 /// Reads a table, of a key that may be left out.

@@ -1,0 +1,160 @@
+//! How `illum` reports: tables and verdicts for people, JSON for machines.
+
+use comfy_table::Table as TextTable;
+use harmolux::estimators::{Bracket, Ending, Survey};
+use harmolux::io::scene_file::Limit;
+use harmolux::io::tables::Table;
+use harmolux::study::{Judged, Verdict};
+use harmolux::{Error, Result};
+use serde_json::{Value, json};
+
+use super::illum::Group;
+use super::{progress, say};
+
+/// Prints the values of a group, what they come to, and whether that is enough.
+pub(crate) fn group(group: &Group) {
+    let Some(summary) = &group.summary else { return };
+    say::data(&values(group).to_string());
+    let named = [("mean", summary.mean), ("least", summary.least), ("largest", summary.largest)];
+    for (name, bracket) in named {
+        say::data(&format!("{}: {name} {} lx", group.name, text(&bracket)));
+    }
+    let uniformity = summary.uniformity.as_ref().map_or("-".to_owned(), text);
+    say::data(&format!("{}: U0 {uniformity}", group.name));
+    comparison(group);
+    for judged in &group.judged {
+        say::data(&format!("{}: {}", group.name, sentence(judged)));
+    }
+    say::data("");
+}
+
+/// Tells how many sensors agree with what is known, and how far the farthest is off, as the largest difference over the largest exact value.
+fn comparison(group: &Group) {
+    let count = group.comparisons().count();
+    if count == 0 {
+        return;
+    }
+    let agree = group.comparisons().filter(|c| c.agrees).count();
+    let largest = group.comparisons().map(|c| c.exact).fold(0.0, f64::max);
+    let off = group.comparisons().zip(group.results).map(|(c, r)| (r.total.mean - c.exact).abs());
+    say::data(&format!(
+        "{}: {agree} of {count} agree with the exact values (joint test, false alarm 1e-3); max |dE| / max E = {}",
+        group.name,
+        say::percent(off.fold(0.0, f64::max) / largest)
+    ));
+}
+
+fn values(group: &Group) -> TextTable {
+    let mut header = vec![group.name, "x m", "y m", "z m", "E lx", "± 95 %", "direct lx"];
+    let mut comparisons = group.comparisons().peekable();
+    if comparisons.peek().is_some() {
+        header.extend(["exact lx", "off by s.e.", "agrees"]);
+    }
+    let mut table = say::table(&header);
+    for (i, (sensor, r)) in group.sensors.iter().zip(group.results).enumerate() {
+        let number = |x: f64| say::significant(x, 4);
+        let mut row = vec![
+            (i + 1).to_string(),
+            number(sensor.at.x),
+            number(sensor.at.y),
+            number(sensor.at.z),
+            number(r.total.mean),
+            say::significant(r.total.half_width(0.05), 2),
+            number(r.direct.mean),
+        ];
+        row.extend(comparisons.next().into_iter().flat_map(|c| {
+            let agrees = if c.agrees { "yes" } else { "NO" };
+            [number(c.exact), format!("{:+.2}", c.deviation), agrees.to_owned()]
+        }));
+        table.add_row(row);
+    }
+    table
+}
+
+/// Writes a value with its interval.
+fn text(bracket: &Bracket) -> String {
+    let [value, low, high] =
+        [bracket.value, bracket.low, bracket.high].map(|x| say::significant(x, 4));
+    format!("{value} ({low} to {high})")
+}
+
+fn sentence(judged: &Judged) -> String {
+    let verdict = match judged.verdict {
+        Verdict::Met => "met",
+        Verdict::NotMet => "NOT MET",
+        Verdict::Undecided => "UNDECIDED, the limit is within the interval",
+    };
+    let (relation, limit) = relation(judged.limit);
+    format!("required {} {relation} {limit}: {verdict}", judged.quantity)
+}
+
+const fn relation(limit: Limit) -> (&'static str, f64) {
+    match limit {
+        Limit::AtLeast(limit) => (">=", limit),
+        Limit::AtMost(limit) => ("<=", limit),
+    }
+}
+
+/// Tells how the run went.
+pub(crate) fn run(survey: &Survey) {
+    let end = match survey.ending {
+        Ending::Interrupted => ", interrupted",
+        _ => "",
+    };
+    say::note(&format!("{} walks in {}{end}", survey.walks, progress::duration(survey.elapsed)));
+    if survey.escaped > 0.0 {
+        say::warning(&format!("{} of the light left the scene", say::percent(survey.escaped)));
+    }
+    let spoilt: u64 = survey.results.iter().map(|r| r.spoilt).sum();
+    if spoilt > 0 {
+        say::warning(&format!(
+            "{spoilt} samples were not finite; they are counted here and nowhere else"
+        ));
+    }
+}
+
+/// Writes everything as JSON: the rows of the table, the groups with their requirements, and how the run went.
+pub(crate) fn json(table: &Table, groups: &[Group], survey: &Survey) -> Result<String> {
+    let failed = |e| Error::Numeric(format!("the JSON writer failed: {e}"));
+    let mut report = serde_json::to_value(table).map_err(failed)?;
+    report["groups"] = groups.iter().map(of_group).collect();
+    report["walks"] = survey.walks.into();
+    report["seconds"] = survey.elapsed.as_secs_f64().into();
+    report["escaped_share"] = survey.escaped.into();
+    report["ending"] = match survey.ending {
+        Ending::Walks => "walks",
+        Ending::Error => "relative_error",
+        Ending::Time => "time",
+        Ending::Interrupted => "interrupted",
+    }
+    .into();
+    serde_json::to_string_pretty(&report).map_err(failed)
+}
+
+fn of_group(group: &Group) -> Value {
+    let bracket = |b: &Bracket| json!({ "value": b.value, "low_95": b.low, "high_95": b.high });
+    let mut value = json!({ "group": group.name, "sensors": group.sensors.len() });
+    if let Some(summary) = &group.summary {
+        value["mean_lx"] = bracket(&summary.mean);
+        value["least_lx"] = bracket(&summary.least);
+        value["largest_lx"] = bracket(&summary.largest);
+        value["uniformity"] = summary.uniformity.as_ref().map(bracket).into();
+    }
+    value["requirements"] = group.judged.iter().map(of_requirement).collect();
+    value
+}
+
+fn of_requirement(judged: &Judged) -> Value {
+    let (relation, limit) = relation(judged.limit);
+    let verdict = match judged.verdict {
+        Verdict::Met => "met",
+        Verdict::NotMet => "not met",
+        Verdict::Undecided => "undecided",
+    };
+    json!({
+        "quantity": judged.quantity.to_string(),
+        "relation": relation,
+        "limit": limit,
+        "verdict": verdict,
+    })
+}

@@ -1,0 +1,82 @@
+//! Whether groups of sensors show what `[require]` asks of them: met, not met, or undecided by the interval.
+
+use crate::estimators::{Bracket, GroupSummary};
+use crate::io::scene_file::{Limit, Quantity, RequireSpec};
+
+/// Says whether a requirement is met.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The whole interval meets it.
+    Met,
+    /// No part of the interval meets it.
+    NotMet,
+    /// The interval holds the limit: more walks would tell.
+    Undecided,
+}
+
+/// Holds one requirement and how it was judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// What is required.
+    pub quantity: Quantity,
+    /// Within which limit.
+    pub limit: Limit,
+    /// What was found; a uniformity in the dark is 0.
+    pub found: Bracket,
+    /// Whether that is enough.
+    pub verdict: Verdict,
+}
+
+/// Judges all requirements on a group of sensors.
+pub fn judge(require: &RequireSpec, summary: &GroupSummary) -> Vec<Judged> {
+    let dark = Bracket { value: 0.0, low: 0.0, high: 0.0 };
+    require
+        .limits()
+        .map(|(quantity, limit)| {
+            let found = match quantity {
+                Quantity::Mean => summary.mean,
+                Quantity::Least => summary.least,
+                Quantity::Largest => summary.largest,
+                Quantity::Uniformity => summary.uniformity.unwrap_or(dark),
+            };
+            Judged { quantity, limit, found, verdict: verdict(limit, found) }
+        })
+        .collect()
+}
+
+fn verdict(limit: Limit, found: Bracket) -> Verdict {
+    let (met, refuted) = match limit {
+        Limit::AtLeast(limit) => (found.low >= limit, found.high < limit),
+        Limit::AtMost(limit) => (found.high <= limit, found.low > limit),
+    };
+    if met {
+        Verdict::Met
+    } else if refuted {
+        Verdict::NotMet
+    } else {
+        Verdict::Undecided
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interval_decides() {
+        let found = Bracket { value: 5.0, low: 4.0, high: 6.0 };
+        for (limit, expected) in [
+            (Limit::AtLeast(4.0), Verdict::Met),
+            (Limit::AtLeast(4.1), Verdict::Undecided),
+            (Limit::AtLeast(6.1), Verdict::NotMet),
+            (Limit::AtMost(6.0), Verdict::Met),
+            (Limit::AtMost(5.9), Verdict::Undecided),
+            (Limit::AtMost(3.9), Verdict::NotMet),
+        ] {
+            assert_eq!(verdict(limit, found), expected, "{limit:?}");
+        }
+        // Nothing is known of what is not a number.
+        let nan = Bracket { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+        assert_eq!(verdict(Limit::AtLeast(1.0), nan), Verdict::Undecided);
+    }
+}

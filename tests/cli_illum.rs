@@ -1,0 +1,122 @@
+//! Illuminance as a user meets it: groups with intervals, requirements, known values.
+
+use std::fs;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Sobolev's planes with sensors along a line, 64 walks.
+const PLANES: &str = r#"format = 1
+[materials.half.lambert]
+reflectance = 0.5
+[objects.floor.plane]
+point = [0, 0, 0]
+normal = [0, 0, 1]
+material = "half"
+[objects.ceiling.plane]
+point = [0, 0, 1]
+normal = [0, 0, -1]
+material = "half"
+[lights.source.point]
+at = [0, 0, 0.5]
+intensity = 1
+[sensors.radius.line]
+from = [0, 0, 0]
+to = [1, 0, 0]
+normal = [0, 0, 1]
+spacing = 0.25
+[illum]
+seed = 1
+stop = { walks = 64 }
+"#;
+
+/// A folder with `planes.toml`.
+struct Desk(TempDir);
+
+impl Desk {
+    fn new(more: &str) -> Self {
+        let desk = Self(tempfile::tempdir().expect("a folder"));
+        fs::write(desk.0.path().join("planes.toml"), format!("{PLANES}{more}")).expect("written");
+        desk
+    }
+
+    /// Runs `harmolux illum` with these words more; gives its exit code and all it said.
+    fn illum(&self, words: &[&str]) -> (i32, String) {
+        let output = self.run(words);
+        let text = [output.stdout.as_slice(), &output.stderr].map(String::from_utf8_lossy).concat();
+        (output.status.code().unwrap_or(-1), text)
+    }
+
+    fn json(&self, words: &[&str]) -> Value {
+        serde_json::from_slice(&self.run(&[words, &["--json"]].concat()).stdout).expect("JSON")
+    }
+
+    fn run(&self, words: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
+        command.current_dir(self.0.path()).args(["illum", "planes.toml"]).args(words);
+        command.output().expect("it starts")
+    }
+}
+
+#[test]
+fn line_of_sensors_stands_beside_the_exact_solution() {
+    let desk = Desk::new("[compare]\nradius = \"sobolev\"\n");
+    let (code, said) = desk.illum(&[]);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("radius: 5 of 5 agree with the exact values"), "{said}");
+    let report = desk.json(&[]);
+    let rows = report["rows"].as_array().expect("rows");
+    let places: Vec<_> = rows.iter().map(|r| r["x_m"].as_f64()).collect();
+    assert_eq!(places, [0.0, 0.25, 0.5, 0.75, 1.0].map(Some));
+    // Case A of the reference at r = 0 and 1, to the digits given there.
+    let exact = |i: usize| rows[i]["exact_lx"].as_f64().expect("a number");
+    assert!(
+        (exact(0) - 4.528_129_525_817).abs() <= 1e-12
+            && (exact(4) - 0.653_442_317_194).abs() <= 1e-12,
+        "{report}"
+    );
+    assert!(rows.iter().all(|r| r["deviation_in_standard_errors"].is_number()));
+}
+
+#[test]
+fn wrong_known_values_are_found_out() {
+    let (code, said) = Desk::new("[compare]\nradius = [9, 9, 9, 9, 9]\n").illum(&[]);
+    assert_eq!(code, 4, "{said}");
+    assert!(said.contains("NO") && said.contains("0 of 5 agree"), "{said}");
+    let (code, said) = Desk::new("[compare]\nradius = [9, 3]\n").illum(&[]);
+    assert_eq!(code, 3, "{said}");
+    assert!(said.contains("24:10: 2 values for the 5 sensors of `radius`"), "{said}");
+    let lamp = "lights.spare.point={ at = [0, 0, 0.7], flux = 5 }";
+    let (code, said) = Desk::new("[compare]\nradius = \"sobolev\"\n").illum(&["-D", lamp]);
+    assert!(code == 3 && said.contains("is not Sobolev's problem"), "{said}");
+    let off = "sensors.radius.line.from=[0, 0, 0.1]";
+    let (code, said) = Desk::new("[compare]\nradius = \"sobolev\"\n").illum(&["-D", off]);
+    assert!(code == 3 && said.contains("a sensor of `radius` is not on a plane"), "{said}");
+}
+
+#[test]
+fn requirements_are_met_not_met_or_undecided() {
+    let cases = [
+        ("mean_min = 1", 0, "mean >= 1: met"),
+        ("largest_max = 4", 4, "largest <= 4: NOT MET"),
+        ("uniformity_min = 0.9", 4, "U0 >= 0.9: NOT MET"),
+        ("least_min = 0.65", 4, "least >= 0.65: UNDECIDED"),
+    ];
+    for (require, expected, words) in cases {
+        let (code, said) = Desk::new(&format!("[require]\nradius = {{ {require} }}\n")).illum(&[]);
+        assert_eq!(code, expected, "{said}");
+        assert!(said.contains(&format!("radius: required {words}")), "{said}");
+    }
+    let desk = Desk::new("[require]\nradius = { mean_min = 1, mean_max = 1.5 }\n");
+    let group = &desk.json(&[])["groups"][0];
+    let verdicts: Vec<_> = group["requirements"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|r| r["verdict"].as_str().expect("a word").to_owned())
+        .collect();
+    assert_eq!(verdicts, ["met", "not met"], "{group}");
+    let [low, high] = ["low_95", "high_95"].map(|end| group["mean_lx"][end].as_f64());
+    assert!(low < high && low > Some(2.0), "{group}");
+}
