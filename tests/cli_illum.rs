@@ -80,6 +80,24 @@ fn line_of_sensors_stands_beside_the_exact_solution() {
 }
 
 #[test]
+fn lines_are_plotted_and_written() {
+    let desk = Desk::new("[compare]\nradius = \"sobolev\"\n");
+    let (code, said) = desk.illum(&["-o", "a.svg", "-o", "a.csv"]);
+    assert_eq!(code, 0, "{said}");
+    let read = |name: &str| fs::read_to_string(desk.0.path().join(name)).expect("written");
+    assert!(read("a.svg").contains("radius, exact"));
+    assert_eq!(read("a.csv").lines().count(), 6);
+    let (code, said) = desk.illum(&["-o", "a.jpg"]);
+    assert!(code == 3 && said.contains(".csv, .svg or .png"), "{said}");
+    let line =
+        "radius.line]\nfrom = [0, 0, 0]\nto = [1, 0, 0]\nnormal = [0, 0, 1]\nspacing = 0.25\n";
+    let points = PLANES.replace(line, "foot.points]\nat = [[0, 0, 0]]\nnormal = [0, 0, 1]\n");
+    fs::write(desk.0.path().join("planes.toml"), points).expect("written");
+    let (code, said) = desk.illum(&["--plot"]);
+    assert!(code == 3 && said.contains("no line of sensors to plot"), "{said}");
+}
+
+#[test]
 fn wrong_known_values_are_found_out() {
     let (code, said) = Desk::new("[compare]\nradius = [9, 9, 9, 9, 9]\n").illum(&[]);
     assert_eq!(code, 4, "{said}");

@@ -7,8 +7,7 @@ use clap::Args;
 use harmolux::estimators::{
     GroupSummary, SensorEstimator, SensorSettings, Survey, Weighting, illuminance,
 };
-use harmolux::io::output::Output;
-use harmolux::io::scene_file::{IllumEstimator, IllumSpec, RequireSpec};
+use harmolux::io::scene_file::{IllumEstimator, IllumSpec, RequireSpec, SceneFile, SensorSpec};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::math::Randomness;
 use harmolux::scene::{Illuminance, Scene, Sensor};
@@ -18,8 +17,10 @@ use harmolux::{Error, Result};
 use super::arguments::SceneArguments;
 use super::exit::Code;
 use super::fit::about;
+use super::plot::{self, PlotFormat};
 use super::progress::Meter;
 use super::render::{code, load_scene, read_scene, stop};
+use super::target::Target;
 use super::{illum_report, interrupt, say};
 
 /// Measure illuminance, lx, at the sensors of a scene
@@ -30,22 +31,26 @@ use super::{illum_report, interrupt, say};
 #[command(after_help = "Examples:
   harmolux illum room.toml                               a table
   harmolux illum room.toml -o lux.csv                    the same as CSV
+  harmolux illum data/scenes/sobolev.toml -o fig2.svg    the lines of sensors, with error bars, as a plot
   harmolux illum room.toml -D illum.stop.relative_error=0.001")]
 pub(crate) struct Illum {
     #[command(flatten)]
     pub(crate) common: SceneArguments,
-    /// Write the values of all sensors as CSV
-    #[arg(short, long, value_name = "FILE.csv")]
-    pub(crate) output: Option<PathBuf>,
+    /// Write the values of all sensors (.csv) or a plot of the lines of sensors (.svg, .png); may be repeated
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+    /// Plot the lines of sensors in the terminal
+    #[arg(long)]
+    pub(crate) plot: bool,
 }
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let file = read_scene(&verb.common)?;
     let mut table = columns();
-    let kind = table.csv_kind()?;
-    let output = verb.output.as_deref().map(|path| Output::open(path, &kind, verb.common.force));
-    let output = output.transpose()?;
+    check_plots(verb, &file)?;
+    let targets = verb.output.iter().map(|path| Target::open(path, &table, verb.common.force));
+    let targets: Vec<Target> = targets.collect::<Result<_>>()?;
     let loaded = load_scene(&file)?;
     let known: Vec<Option<Vec<f64>>> =
         loaded.sensors.iter().map(|group| known(&file, group)).collect::<Result<_>>()?;
@@ -65,21 +70,44 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     meter.finish();
     let groups = groups(&loaded.sensors, known, &survey, &file.require);
     fill(&mut table, &groups);
-    if let Some(output) = output {
-        output.write(&table.to_csv()?)?;
+    let lines = groups.iter().filter(|group| is_line(&file.sensors[group.name]));
+    let figure = illum_report::figure(lines);
+    for target in targets {
+        target.write(&table, &figure)?;
     }
     if as_json {
         say::data(&illum_report::json(&table, &groups, &survey)?);
+    } else if verb.plot {
+        plot::print(&figure)?;
     } else {
         groups.iter().for_each(illum_report::group);
     }
     illum_report::run(&survey);
+    for path in &verb.output {
+        say::note(&format!("written {}", path.display()));
+    }
     let worst = survey.results.iter().map(|r| r.total).filter(|e| e.mean > 0.0);
     let worst = worst.map(|e| e.relative_half_width()).reduce(f64::max);
     let code = code(survey.ending, settings.stop, worst, "largest 95 % half width");
     let met = |group: &Group| group.judged.iter().all(|j| j.verdict == Verdict::Met);
     let all_met = groups.iter().all(|group| met(group) && group.comparisons().all(|c| c.agrees));
     Ok(if code == Code::Done && !all_met { Code::NotMet } else { code })
+}
+
+fn is_line(spec: &SensorSpec) -> bool {
+    matches!(spec, SensorSpec::Line(_))
+}
+
+/// Refuses a plot of a scene without lines of sensors, before anything is computed.
+fn check_plots(verb: &Illum, file: &SceneFile) -> Result<()> {
+    let asked = verb.plot || verb.output.iter().any(|p| PlotFormat::of_extension(p).is_some());
+    if asked && !file.sensors.values().any(is_line) {
+        return Err(Error::Parameter(format!(
+            "{}: the scene has no line of sensors to plot; add [sensors.NAME.line]",
+            verb.common.scene.display()
+        )));
+    }
+    Ok(())
 }
 
 /// A group of sensors with what was measured and required there.

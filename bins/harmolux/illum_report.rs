@@ -1,7 +1,9 @@
 //! How `illum` reports: tables and verdicts for people, JSON for machines.
 
 use comfy_table::Table as TextTable;
+use glam::DVec3;
 use harmolux::estimators::{Bracket, Ending, Survey};
+use harmolux::io::plots::{Axis, Curve, Figure, Style};
 use harmolux::io::scene_file::Limit;
 use harmolux::io::tables::Table;
 use harmolux::study::{Judged, Verdict};
@@ -93,6 +95,26 @@ const fn relation(limit: Limit) -> (&'static str, f64) {
         Limit::AtLeast(limit) => (">=", limit),
         Limit::AtMost(limit) => ("<=", limit),
     }
+}
+
+/// Plots the illuminance along lines of sensors with its intervals, and what is known of it.
+pub(crate) fn figure<'a>(lines: impl Iterator<Item = &'a Group<'a>>) -> Figure {
+    let mut curves = Vec::new();
+    for line in lines {
+        let start = line.sensors.first().map_or(DVec3::ZERO, |s| s.at);
+        let distances = || line.sensors.iter().map(|s| s.at.distance(start));
+        let known = distances().zip(line.comparisons()).map(|(x, c)| [x, c.exact]);
+        let known: Vec<[f64; 2]> = known.collect();
+        if !known.is_empty() {
+            curves.push(Curve::new(format!("{}, exact", line.name), known).drawn(Style::Line));
+        }
+        let points = distances().zip(line.results).map(|(x, r)| [x, r.total.mean]);
+        let errors = line.results.iter().map(|r| [r.total.half_width(0.05); 2]);
+        let measured = Curve::new(line.name, points.collect()).with_errors(errors.collect());
+        curves.push(measured.drawn(Style::Points));
+    }
+    let axes = [Axis::linear("along the line, m"), Axis::linear("illuminance, lx")];
+    Figure::new("Illuminance, 95 % intervals", axes, curves)
 }
 
 /// Tells how the run went.

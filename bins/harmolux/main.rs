@@ -26,6 +26,7 @@ mod shape_file;
 mod spectrum;
 mod subject;
 mod sweep;
+mod target;
 mod transform;
 
 use std::process::ExitCode;

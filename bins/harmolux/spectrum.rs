@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use harmolux::Result;
 use harmolux::io::coefficients::{self, Shape};
-use harmolux::io::output::Output;
 use harmolux::io::plots::{Axis, Curve, Figure};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::sh;
 
 use super::arguments::SeriesReading;
 use super::exit::Code;
-use super::plot::{self, PlotFormat, unknown_output};
+use super::plot;
 use super::say;
+use super::target::Target;
 
 /// Show the power per degree of shapes
 ///
@@ -48,17 +48,11 @@ struct Named {
     spectrum: sh::Spectrum,
 }
 
-/// Where a result goes.
-enum Target {
-    Table(Output),
-    Plot(PlotFormat, Output),
-}
-
 /// Runs the verb.
 pub(crate) fn run(verb: &Spectrum, as_json: bool) -> Result<Code> {
     let mut table = Table::new(["shape", "degree", "power_m2", "amplitude_m", "remainder_m"]);
-    let targets: Vec<Target> =
-        verb.output.iter().map(|path| target(path, &table, verb.force)).collect::<Result<_>>()?;
+    let targets = verb.output.iter().map(|path| Target::open(path, &table, verb.force));
+    let targets: Vec<Target> = targets.collect::<Result<_>>()?;
     let mut shapes = Vec::new();
     for path in &verb.shapes {
         shapes.push(Named::of(path, &coefficients::read(path, &verb.reading.options())?));
@@ -69,10 +63,7 @@ pub(crate) fn run(verb: &Spectrum, as_json: bool) -> Result<Code> {
     }
     let figure = figure(&shapes);
     for target in targets {
-        match target {
-            Target::Table(output) => output.write(&table.to_csv()?)?,
-            Target::Plot(format, output) => format.write(&figure, output)?,
-        }
+        target.write(&table, &figure)?;
     }
     if as_json {
         say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
@@ -85,16 +76,6 @@ pub(crate) fn run(verb: &Spectrum, as_json: bool) -> Result<Code> {
         say::note(&format!("written {}", path.display()));
     }
     Ok(Code::Done)
-}
-
-fn target(path: &Path, table: &Table, force: bool) -> Result<Target> {
-    if let Some(format) = PlotFormat::of_extension(path) {
-        return Ok(Target::Plot(format, Output::open(path, &format.kind(), force)?));
-    }
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
-        return Ok(Target::Table(Output::open(path, &table.csv_kind()?, force)?));
-    }
-    Err(unknown_output(path, ".csv, .svg or .png"))
 }
 
 impl Named {
