@@ -50,7 +50,7 @@ fn planes() -> Result<Scene> {
         Ok(Object { name: name.into(), surface, area: None, materials })
     };
     let objects = vec![plane("lower", 0.0, DVec3::Z)?, plane("upper", 1.0, DVec3::NEG_Z)?];
-    let source = PointLight { name: "source".into(), at: DVec3::Z * 0.5, intensity: Rgb::WHITE };
+    let source = PointLight::isotropic("source", DVec3::Z * 0.5, Rgb::WHITE);
     Scene::new(objects, vec![source])
 }
 

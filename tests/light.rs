@@ -14,7 +14,7 @@ use harmolux::estimators::{
 use harmolux::exact::{Cube, Plane as SobolevPlane, SobolevProblem};
 use harmolux::math::stats::Estimate;
 use harmolux::math::{Randomness, Rgb};
-use harmolux::scene::{Film, Object, PointLight, Scene, Sensor};
+use harmolux::scene::{Distribution, Film, Object, PointLight, Scene, Sensor};
 use harmolux::surface::MeshSurface;
 use harmolux::surface::primitives::{Plane, Sphere};
 
@@ -111,8 +111,7 @@ fn sobolev() -> (Scene, SobolevProblem) {
     };
     let objects =
         vec![object("floor", plane(0.0, DVec3::Z)), object("ceiling", plane(1.0, DVec3::NEG_Z))];
-    let lamp =
-        PointLight { name: "lamp".into(), at: DVec3::new(0.0, 0.0, 0.5), intensity: Rgb::WHITE };
+    let lamp = PointLight::isotropic("lamp", DVec3::new(0.0, 0.0, 0.5), Rgb::WHITE);
     let exact = SobolevProblem::default();
     (Scene::new(objects, vec![lamp]).expect("valid"), exact)
 }
@@ -145,14 +144,40 @@ fn sobolev_case_a_at_ten_radii() {
 }
 
 #[test]
+fn spots_and_flat_lamps_shed_the_light_of_their_intensity() {
+    let at = DVec3::new(1.0, 2.0, 2.5);
+    let axis = DVec3::new(0.6, 0.0, -0.8);
+    let cosine = |degrees: f64| degrees.to_radians().cos();
+    let spot = Distribution::Spot { axis, inner: cosine(20.0), outer: cosine(35.0) };
+    let points = [(1.0, 2.0), (2.875, 2.0), (2.875, 4.9), (3.9, 0.1)]
+        .map(|(x, y)| Sensor { at: DVec3::new(x, y, 0.0), normal: DVec3::Z });
+    for distribution in [spot, Distribution::Lambert { axis }] {
+        let intensity = Rgb::grey(100.0);
+        let lamp = PointLight { name: "lamp".into(), at, intensity, distribution };
+        let walls = room(DVec3::new(4.0, 5.0, 3.0), &[grey(0.6); 6]);
+        let scene = Scene::new(vec![walls], vec![lamp]).expect("valid");
+        let survey = |estimator, walks| {
+            illuminance(&scene, &points, &sensors(estimator, walks), &go_on).expect("runs").results
+        };
+        let local = survey(SensorEstimator::Local(Weighting::of(&scene)), 1 << 14);
+        let path = survey(SensorEstimator::Path, 1 << 15);
+        for (i, (a, b)) in local.iter().zip(&path).enumerate() {
+            assert!(
+                a.total.agrees_with(b.total.mean, b.total.standard_error, points.len()),
+                "{distribution:?}, sensor {i}: {a:?} {b:?}"
+            );
+        }
+        // Where the axis meets the floor: E = I cos / d^2 with cos 0.8 and d = 2.5 / 0.8.
+        assert!((local[1].direct.mean - 100.0 * 0.8 * 0.8 * 0.8 / 6.25).abs() <= 1e-9, "{local:?}");
+    }
+}
+
+#[test]
 fn cube_of_cie_171_at_seven_floor_points() {
     let half = 2.0;
     let cube = room(DVec3::splat(2.0 * half), &[grey(0.5); 6]);
-    let lamp = PointLight {
-        name: "lamp".into(),
-        at: DVec3::splat(half),
-        intensity: Rgb::grey(10_000.0 / (4.0 * PI)),
-    };
+    let intensity = Rgb::grey(10_000.0 / (4.0 * PI));
+    let lamp = PointLight::isotropic("lamp", DVec3::splat(half), intensity);
     let scene = Scene::new(vec![cube], vec![lamp]).expect("valid");
     let offsets =
         [(0.0, 0.0), (0.5, 0.5), (1.0, 0.0), (1.0, 1.0), (1.5, 1.5), (1.9, 1.9), (1.99, 1.99)];
@@ -202,7 +227,7 @@ fn error_falls_with_the_number_of_walks() {
 #[test]
 fn bounded_kernel_tames_the_corner_without_bias() {
     let cube = room(DVec3::splat(2.0), &[grey(0.5); 6]);
-    let lamp = PointLight { name: "lamp".into(), at: DVec3::ONE, intensity: Rgb::grey(100.0) };
+    let lamp = PointLight::isotropic("lamp", DVec3::ONE, Rgb::grey(100.0));
     let scene = Scene::new(vec![cube], vec![lamp]).expect("valid");
     let corner = [Sensor { at: DVec3::new(0.01, 0.01, 0.0), normal: DVec3::Z }];
     let run = |weighting, walks| {

@@ -397,7 +397,7 @@ mod tests {
             Object::new("dark", ball(3.0, 0.5), grey),
         ];
         let at = DVec3::new(2.0, 4.0, 2.5);
-        let lamp = PointLight { name: "lamp".to_owned(), at, intensity: Rgb::grey(50.0) };
+        let lamp = PointLight::isotropic("lamp", at, Rgb::grey(50.0));
         Scene::new(objects, vec![lamp]).expect("valid")
     }
 

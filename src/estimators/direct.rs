@@ -11,12 +11,12 @@ pub(super) fn connections(scene: &Scene, receiver: &Receiver) -> impl Iterator<I
         let to_light = light.at - receiver.hit.point;
         let distance2 = to_light.length_squared();
         let direction = to_light / distance2.sqrt();
-        let response = receiver.response(direction);
-        if response.is_black() {
+        let light_there = light.towards(-direction) * receiver.response(direction);
+        if light_there.is_black() {
             return None;
         }
         let ray = Ray::between(receiver.hit.departure(direction), light.at)?;
-        Some((ray, light.intensity * response / distance2))
+        Some((ray, light_there / distance2))
     })
 }
 

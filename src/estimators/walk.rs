@@ -113,9 +113,9 @@ impl<'a> Launcher<'a> {
     }
 
     fn leave_point(&self, light: &PointLight, u: [f64; 2]) -> (Ray, Rgb) {
-        let flux = light.flux();
-        let share = flux.luminance() / self.power();
-        (Ray::new(light.at, sampling::uniform_sphere(u)), flux / share)
+        let share = light.flux().luminance() / self.power();
+        let (direction, flux) = light.sample(u);
+        (Ray::new(light.at, direction), flux / share)
     }
 
     fn start_on(&self, emitter: &Emitter, u: DVec2) -> Option<Node<'a>> {

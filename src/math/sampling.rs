@@ -12,6 +12,14 @@ pub fn uniform_sphere([u, v]: [f64; 2]) -> DVec3 {
     DVec3::new(r * cos, r * sin, z)
 }
 
+/// Maps the unit square to the unit vectors within a cone about z whose half angle has this cosine, uniformly.
+pub fn uniform_cone(cos: f64, [u, v]: [f64; 2]) -> DVec3 {
+    let z = 1.0 - u * (1.0 - cos);
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (2.0 * PI * v).sin_cos();
+    DVec3::new(r * cos, r * sin, z)
+}
+
 /// Samples the hemisphere about local z in proportion to the cosine (Malley's method); see [`cosine_pdf`].
 pub fn cosine_hemisphere(u: [f64; 2]) -> DVec3 {
     let d = concentric_disc(u);

@@ -12,7 +12,7 @@ mod world;
 pub use camera::Perspective;
 pub use film::{Film, MAX_PIXELS, Pixel};
 pub use illuminance::{Illuminance, Sensor};
-pub use light::PointLight;
+pub use light::{Distribution, PointLight};
 pub use material::{Brdf, BrdfSample, Material};
 pub use object::{Emitter, Object};
 pub use world::{Scene, Vertex};

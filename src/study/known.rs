@@ -3,12 +3,12 @@
 use crate::Result;
 use crate::exact::{Plane, SobolevProblem};
 use crate::io::scene_file::{
-    CompareSpec, LightSpec, MaterialSpec, ObjectSpec, PlaneSpec, PointLightSpec, SceneFile,
+    CompareSpec, DistributionSpec, LightSpec, MaterialSpec, ObjectSpec, PlaneSpec, SceneFile,
 };
 use crate::math::Rgb;
 use crate::scene::Sensor;
 
-use super::load::SensorGroup;
+use super::load::{self, SensorGroup};
 
 /// How far a sensor may be from a plane, in gaps, and its normal from the plane's.
 const ON_PLANE: f64 = 1e-9;
@@ -68,7 +68,7 @@ struct Sobolev<'a> {
     problem: SobolevProblem,
     /// The first one counts as the lower.
     planes: [&'a PlaneSpec; 2],
-    light: &'a PointLightSpec,
+    light: &'a LightSpec,
 }
 
 impl<'a> Sobolev<'a> {
@@ -80,19 +80,19 @@ impl<'a> Sobolev<'a> {
             return None;
         };
         let mut lights = file.lights.values();
-        let (Some(LightSpec::Point(light)), None) = (lights.next(), lights.next()) else {
+        let (Some(light), None) = (lights.next(), lights.next()) else {
             return None;
         };
         let gap = (upper.point - lower.point).dot(lower.normal);
         let source_height = (light.at - lower.point).dot(lower.normal);
         let opposed = lower.normal.distance(-upper.normal) <= ON_PLANE;
-        let white = light.colour == Rgb::WHITE;
+        let white = light.colour == Rgb::WHITE && light.distribution == DistributionSpec::Isotropic;
         (opposed && white && 0.0 < source_height && source_height < gap).then_some(())?;
         let problem = SobolevProblem {
             reflectance: [grey(file, &lower.material)?, grey(file, &upper.material)?],
             source_height,
             gap,
-            intensity: light.intensity().luminance(),
+            intensity: load::light("", light).intensity.luminance(),
         };
         Some(Self { problem, planes: [lower, upper], light })
     }

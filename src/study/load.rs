@@ -11,11 +11,11 @@ use super::grids;
 use super::shared_surfaces::{Preparation, SharedSurfaces};
 use super::solids::{Body, Solid};
 use crate::io::scene_file::{
-    self, BoxFace, CameraSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
-    PlacementSpec, SceneFile, SensorSpec, ShSpec,
+    self, BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec,
+    ObjectSpec, PlacementSpec, SceneFile, SensorSpec, ShSpec, Strength,
 };
 use crate::math::Placement;
-use crate::scene::{Material, Object, Perspective, PointLight, Scene, Sensor};
+use crate::scene::{Distribution, Material, Object, Perspective, PointLight, Scene, Sensor};
 use crate::sh::Coefficients;
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
 use crate::surface::{Instance, Intersector, SampleArea, StepBisection, Surface};
@@ -255,10 +255,10 @@ fn at_file(file: &SceneFile, key: &[&str], named: &FileRef, error: Error) -> Err
 
 fn lights(file: &SceneFile, solids: &[Solid]) -> Result<Vec<PointLight>> {
     let mut lights = Vec::new();
-    for (name, LightSpec::Point(spec)) in &file.lights {
+    for (name, spec) in &file.lights {
         if let Some(solid) = solids.iter().find(|s| s.is_behind(spec.at)) {
             return Err(file.source.error(
-                &["lights", name, "point", "at"],
+                &["lights", name, spec.type_name(), "at"],
                 format!(
                     "light `{name}` is behind the surface of `{}`: outside the room, or inside the object",
                     solid.name()
@@ -268,9 +268,27 @@ fn lights(file: &SceneFile, solids: &[Solid]) -> Result<Vec<PointLight>> {
                 ),
             ));
         }
-        lights.push(PointLight { name: name.clone(), at: spec.at, intensity: spec.intensity() });
+        lights.push(light(name, spec));
     }
     Ok(lights)
+}
+
+/// Makes the light that a file describes; a flux is turned into the intensity that gives it.
+pub(super) fn light(name: &str, spec: &LightSpec) -> PointLight {
+    let distribution = match spec.distribution {
+        DistributionSpec::Isotropic => Distribution::Isotropic,
+        DistributionSpec::Lambert { direction } => Distribution::Lambert { axis: direction },
+        DistributionSpec::Spot { direction, inner, outer } => Distribution::Spot {
+            axis: direction,
+            inner: inner.to_radians().cos(),
+            outer: outer.to_radians().cos(),
+        },
+    };
+    let intensity = match spec.strength {
+        Strength::Intensity(candela) => spec.colour * candela,
+        Strength::Flux(lumen) => spec.colour * (lumen / distribution.integral()),
+    };
+    PointLight { name: name.to_owned(), at: spec.at, intensity, distribution }
 }
 
 /// Says what is wrong with the meshes that are shown as they are.

@@ -1,40 +1,55 @@
 //! `[lights.NAME.TYPE]`: light sources that are no surface.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 use serde::Deserialize;
 
 use super::source::Entry;
-use super::values::{Above0, number_if};
-use super::vectors::{colour, point};
+use super::values::{Above0, HalfTurn, number, number_if};
+use super::vectors::{colour, direction, point};
 use crate::{Result, math::Rgb};
 
-/// Describes a light.
+/// Describes a point light.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum LightSpec {
-    /// A point that shines alike in all directions.
-    Point(PointLightSpec),
-}
-
-/// Describes an isotropic point light.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PointLightSpec {
+pub struct LightSpec {
     /// Where it is, metres.
     pub at: DVec3,
     /// How strong it is, in the unit that was written.
     pub strength: Strength,
     /// Its colour, of luminance 1.
     pub colour: Rgb,
+    /// How its intensity depends on the direction.
+    pub distribution: DistributionSpec,
 }
 
-impl PointLightSpec {
-    /// Gives the luminous intensity, cd, with colour; of a flux, flux/(4 pi).
-    pub fn intensity(&self) -> Rgb {
-        match self.strength {
-            Strength::Intensity(candela) => self.colour * candela,
-            Strength::Flux(lumen) => self.colour * (lumen / (4.0 * PI)),
+/// Says how the intensity of a light depends on the direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum DistributionSpec {
+    /// It does not: `point`.
+    Isotropic,
+    /// By the cosine to the axis: `lambert`.
+    Lambert {
+        /// Where it shines most, of length 1.
+        direction: DVec3,
+    },
+    /// In a cone: `spot`.
+    Spot {
+        /// The middle of the cone, of length 1.
+        direction: DVec3,
+        /// The half angle up to which it shines in full, degrees, 0 to `outer`.
+        inner: f64,
+        /// The half angle from which on it does not shine, degrees, above 0 and at most 180.
+        outer: f64,
+    },
+}
+
+impl LightSpec {
+    /// Gives the name of its type in a scene file.
+    pub const fn type_name(&self) -> &'static str {
+        match self.distribution {
+            DistributionSpec::Isotropic => "point",
+            DistributionSpec::Lambert { .. } => "lambert",
+            DistributionSpec::Spot { .. } => "spot",
         }
     }
 }
@@ -42,7 +57,7 @@ impl PointLightSpec {
 /// Measures a light; above 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Strength {
-    /// Luminous intensity, cd.
+    /// The largest luminous intensity, cd.
     Intensity(f64),
     /// Luminous flux, lm.
     Flux(f64),
@@ -53,6 +68,8 @@ pub enum Strength {
 #[serde(rename_all = "lowercase")]
 pub(super) enum WrittenLight {
     Point(WrittenPoint),
+    Lambert(WrittenLambert),
+    Spot(WrittenSpot),
 }
 
 #[derive(Debug, Deserialize)]
@@ -60,6 +77,40 @@ pub(super) enum WrittenLight {
 pub(super) struct WrittenPoint {
     #[serde(deserialize_with = "point")]
     at: DVec3,
+    #[serde(default, deserialize_with = "number_if::<Above0, _>")]
+    intensity: Option<f64>,
+    #[serde(default, deserialize_with = "number_if::<Above0, _>")]
+    flux: Option<f64>,
+    #[serde(default = "white", deserialize_with = "colour")]
+    colour: Rgb,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WrittenLambert {
+    #[serde(deserialize_with = "point")]
+    at: DVec3,
+    #[serde(deserialize_with = "direction")]
+    direction: DVec3,
+    #[serde(default, deserialize_with = "number_if::<Above0, _>")]
+    intensity: Option<f64>,
+    #[serde(default, deserialize_with = "number_if::<Above0, _>")]
+    flux: Option<f64>,
+    #[serde(default = "white", deserialize_with = "colour")]
+    colour: Rgb,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WrittenSpot {
+    #[serde(deserialize_with = "point")]
+    at: DVec3,
+    #[serde(deserialize_with = "direction")]
+    direction: DVec3,
+    #[serde(deserialize_with = "number::<HalfTurn, _>")]
+    inner: f64,
+    #[serde(deserialize_with = "number::<HalfTurn, _>")]
+    outer: f64,
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
     intensity: Option<f64>,
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
@@ -76,50 +127,56 @@ impl WrittenLight {
     pub(super) const fn type_name(&self) -> &'static str {
         match self {
             Self::Point(_) => "point",
+            Self::Lambert(_) => "lambert",
+            Self::Spot(_) => "spot",
         }
     }
 
     pub(super) fn check(self, entry: &Entry) -> Result<LightSpec> {
         match self {
-            Self::Point(written) => written.check(entry).map(LightSpec::Point),
+            Self::Point(WrittenPoint { at, intensity, flux, colour }) => {
+                let distribution = DistributionSpec::Isotropic;
+                let strength = strength(intensity, flux, entry)?;
+                Ok(LightSpec { at, strength, colour, distribution })
+            }
+            Self::Lambert(WrittenLambert { at, direction, intensity, flux, colour }) => {
+                let distribution = DistributionSpec::Lambert { direction };
+                let strength = strength(intensity, flux, entry)?;
+                Ok(LightSpec { at, strength, colour, distribution })
+            }
+            Self::Spot(written) => written.check(entry),
         }
     }
 }
 
-impl WrittenPoint {
-    fn check(self, entry: &Entry) -> Result<PointLightSpec> {
-        let Self { at, colour, .. } = self;
-        let strength = match (self.intensity, self.flux) {
-            (Some(candela), None) => Strength::Intensity(candela),
-            (None, Some(lumen)) => Strength::Flux(lumen),
-            (None, None) => {
-                let message = format!("missing key `intensity` or `flux` in {}", entry.header());
-                return Err(entry.error(
-                    "",
-                    message,
-                    "add `intensity = 100` (cd) or `flux = 1000` (lm)",
-                ));
-            }
-            (Some(_), Some(_)) => {
-                let key = entry.culprit("intensity", "flux");
-                let message = format!("both `intensity` and `flux` in {}", entry.header());
-                return Err(entry.error(key, message, "keep one of them"));
-            }
-        };
-        Ok(PointLightSpec { at, strength, colour })
+impl WrittenSpot {
+    fn check(self, entry: &Entry) -> Result<LightSpec> {
+        let Self { at, direction, inner, outer, intensity, flux, colour } = self;
+        if outer <= 0.0 || inner > outer {
+            let message = format!(
+                "the cone of {} is empty or inside out: `inner` is {inner}, `outer` is {outer} degrees",
+                entry.header()
+            );
+            let help = "write half angles from the axis, `inner` at most `outer`, `outer` above 0";
+            return Err(entry.error(entry.culprit("inner", "outer"), message, help));
+        }
+        let distribution = DistributionSpec::Spot { direction, inner, outer };
+        Ok(LightSpec { at, strength: strength(intensity, flux, entry)?, colour, distribution })
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn flux_becomes_intensity_and_colour_keeps_the_luminance() {
-        let colour = Rgb([2.0, 1.0, 0.5]) / Rgb([2.0, 1.0, 0.5]).luminance();
-        let strength = Strength::Flux(4.0 * PI * 7.0);
-        let light = PointLightSpec { at: DVec3::ZERO, strength, colour };
-        // Three roundings of numbers near 7.
-        assert!((light.intensity().luminance() - 7.0).abs() <= 1e-14);
+/// Takes the one of intensity and flux that is given.
+fn strength(intensity: Option<f64>, flux: Option<f64>, entry: &Entry) -> Result<Strength> {
+    match (intensity, flux) {
+        (Some(candela), None) => Ok(Strength::Intensity(candela)),
+        (None, Some(lumen)) => Ok(Strength::Flux(lumen)),
+        (None, None) => {
+            let message = format!("missing key `intensity` or `flux` in {}", entry.header());
+            Err(entry.error("", message, "add `intensity = 100` (cd) or `flux = 1000` (lm)"))
+        }
+        (Some(_), Some(_)) => {
+            let message = format!("both `intensity` and `flux` in {}", entry.header());
+            Err(entry.error(entry.culprit("intensity", "flux"), message, "keep one of them"))
+        }
     }
 }

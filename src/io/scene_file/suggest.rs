@@ -44,7 +44,10 @@ pub(super) fn example(kind: &str, key: &str) -> Option<&'static str> {
     }
 }
 
-const EXAMPLES: [&str; 49] = [
+const EXAMPLES: [&str; 52] = [
+    "direction = [0, 0, -1]",
+    "inner = 15",
+    "outer = 25",
     "format = 1",
     "reflectance = 0.5",
     "exitance = 100",

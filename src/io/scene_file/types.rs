@@ -130,6 +130,7 @@ mod tests {
         assert_eq!(types("nothing"), [""; 0]);
         assert_eq!(types("objects"), ["box", "rectangle", "disc", "sphere", "plane", "mesh", "sh"]);
         assert_eq!(types("sensors"), ["points", "grid", "line"]);
+        assert_eq!(types("lights"), ["point", "lambert", "spot"]);
         assert!(KINDS.into_iter().all(|kind| !types(kind).is_empty()));
     }
 }

@@ -197,7 +197,7 @@ fn shapes_are_read_as_written() {
 #[test]
 fn lights_sensors_and_stops_are_read_as_written() {
     let scene = parse(SHAPES, &[]).expect("parses");
-    let LightSpec::Point(lamp) = &scene.lights["lamp"];
+    let lamp = &scene.lights["lamp"];
     assert_eq!(lamp.strength, Strength::Flux(1000.0));
     // Four roundings of numbers near 1.
     assert!((lamp.colour.luminance() - 1.0).abs() <= 1e-15);
@@ -263,9 +263,9 @@ fn overrides_replace_add_and_make_things() {
         ("illum.seed", "7"),
     ];
     let scene = parse(ROOM, &overrides).expect("parses");
-    let LightSpec::Point(lamp) = &scene.lights["lamp"];
+    let lamp = &scene.lights["lamp"];
     assert_eq!((lamp.strength, lamp.colour), (Strength::Intensity(300.0), Rgb::WHITE));
-    let LightSpec::Point(spare) = &scene.lights["spare"];
+    let spare = &scene.lights["spare"];
     assert_eq!(spare.strength, Strength::Flux(6.5));
     assert_eq!(scene.render.estimator, RenderEstimator::DoubleLocal);
     assert_eq!(scene.render.stop.time.map(|t| t.as_secs()), Some(90));
@@ -328,7 +328,7 @@ fn the_shipped_scene_parses_and_nothing_touches() {
     let scene = shipped();
     let ObjectSpec::Box(room) = &scene.objects["room"] else { panic!("a box") };
     let ObjectSpec::Sh(head) = &scene.objects["head"] else { panic!("a head") };
-    let LightSpec::Point(lamp) = &scene.lights["lamp"];
+    let lamp = &scene.lights["lamp"];
     let CameraSpec::Perspective(camera) = scene.camera().expect("one camera").1;
     assert_eq!(head.file.resolved, Path::new("data/scenes/../head.obj"));
     assert_eq!((head.degree, camera.resolution), (32, [480, 360]));
