@@ -1,7 +1,8 @@
 //! Illuminance as a user meets it: groups with intervals, requirements, known values.
 
 use std::fs;
-use std::process::{Command, Output};
+use std::io::Write;
+use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -44,6 +45,18 @@ impl Desk {
     /// Runs `harmolux illum` with these words more; gives its exit code and all it said.
     fn illum(&self, words: &[&str]) -> (i32, String) {
         let output = self.run(words);
+        let text = [output.stdout.as_slice(), &output.stderr].map(String::from_utf8_lossy).concat();
+        (output.status.code().unwrap_or(-1), text)
+    }
+
+    /// Runs `harmolux probe` with this input; gives its exit code and all it said.
+    fn probe(&self, words: &[&str], input: &str) -> (i32, String) {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
+        command.current_dir(self.0.path()).args(["probe", "planes.toml"]).args(words);
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("it starts");
+        child.stdin.take().expect("piped").write_all(input.as_bytes()).expect("it reads");
+        let output = child.wait_with_output().expect("it ends");
         let text = [output.stdout.as_slice(), &output.stderr].map(String::from_utf8_lossy).concat();
         (output.status.code().unwrap_or(-1), text)
     }
@@ -111,6 +124,25 @@ fn wrong_known_values_are_found_out() {
     let off = "sensors.radius.line.from=[0, 0, 0.1]";
     let (code, said) = Desk::new("[compare]\nradius = \"sobolev\"\n").illum(&["-D", off]);
     assert!(code == 3 && said.contains("a sensor of `radius` is not on a plane"), "{said}");
+}
+
+#[test]
+fn probe_answers_line_by_line() {
+    let desk = Desk::new("");
+    // The floor at the foot of the source, seen aslant: L = rho E / pi.
+    let input = "# seen\n-1 0 1e-3  1 0 -1e-3\n0 0 0.25  0 1 0\n";
+    let (code, said) = desk.probe(&["-D", "illum.stop.walks=4096"], input);
+    assert_eq!(code, 0, "{said}");
+    let values: Vec<f64> =
+        said.lines().filter_map(|line| line.split_once('\t')?.0.parse().ok()).collect();
+    assert!((values[0] / (0.5 * 4.528_13 / std::f64::consts::PI) - 1.0).abs() <= 0.01, "{said}");
+    assert_eq!(values[1..], [0.0], "{said}");
+    let (code, said) = desk.probe(&["-I", "--json"], "0 0 0  0 0 1\n");
+    let rows: Value =
+        serde_json::from_str(said.split("\n64 walks").next().unwrap_or("")).expect("JSON");
+    assert!(code == 0 && rows["rows"][0]["direct_lx"] == 4.0, "{said}");
+    let (code, said) = desk.probe(&["-I"], "0 0 0  0 0 1\n0 0 zero\n");
+    assert!(code == 3 && said.contains("stdin:2: "), "{said}");
 }
 
 #[test]

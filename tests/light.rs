@@ -9,11 +9,11 @@ use std::f64::consts::PI;
 use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors, sphere_mesh};
 use glam::DVec3;
 use harmolux::estimators::{
-    Ending, Estimator, SensorEstimator, Stop, Weighting, illuminance, render,
+    Ending, Estimator, SensorEstimator, Stop, Weighting, illuminance, luminance, render,
 };
 use harmolux::exact::{Cube, Plane as SobolevPlane, SobolevProblem};
 use harmolux::math::stats::Estimate;
-use harmolux::math::{Randomness, Rgb};
+use harmolux::math::{Randomness, Ray, Rgb};
 use harmolux::scene::{Distribution, Film, Object, PointLight, Scene, Sensor};
 use harmolux::surface::MeshSurface;
 use harmolux::surface::primitives::{Plane, Sphere};
@@ -140,6 +140,28 @@ fn sobolev_case_a_at_ten_radii() {
         }
         let at_source = survey.results[0].total;
         assert!(at_source.relative_error() <= 1e-3, "{at_source:?}");
+    }
+}
+
+#[test]
+fn luminance_along_rays_is_that_of_sobolevs_planes() {
+    let (scene, exact) = sobolev();
+    // Down to the floor aslant, from beside the source, up to the ceiling; the last leaves between the planes.
+    let radii = [0.0, 0.5, 1.0, 2.0];
+    let eye = DVec3::new(-0.7, 0.3, 0.4);
+    let mut rays: Vec<Ray> = radii
+        .map(|r| Ray::between(eye, DVec3::new(r, 0.0, 0.0)).expect("distinct").up_to(f64::INFINITY))
+        .to_vec();
+    rays.push(Ray::new(eye, DVec3::X));
+    for (estimator, walks) in
+        [(SensorEstimator::Local(Weighting::of(&scene)), 1 << 15), (SensorEstimator::Path, 1 << 16)]
+    {
+        let survey = luminance(&scene, &rays, &sensors(estimator, walks), &go_on).expect("runs");
+        for (r, found) in radii.iter().zip(&survey.results) {
+            let reference = exact.luminance(SobolevPlane::Lower, *r).expect("valid radius");
+            assert!(found.total.agrees_with(reference, 0.0, radii.len()), "{r}: {found:?}");
+        }
+        assert_eq!(survey.results[4].total.mean, 0.0);
     }
 }
 

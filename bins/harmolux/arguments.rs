@@ -11,7 +11,8 @@ use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
 use super::repairs::Repairs;
 use super::{
-    check, convert, diff, fit, illum, info, mean, mesh, random, render, spectrum, sweep, transform,
+    check, convert, diff, fit, illum, info, mean, mesh, probe, random, render, spectrum, sweep,
+    transform,
 };
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
@@ -32,6 +33,7 @@ const EXAMPLES: &str = "\
 Examples:
   harmolux render data/scenes/head_room.toml             a picture: head_room.png and head_room.exr
   harmolux illum data/scenes/head_room.toml              lux at the scene's sensors, each with its interval
+  harmolux probe data/scenes/head_room.toml < rays.txt   cd/m2 along rays, a line each
   harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
@@ -47,6 +49,7 @@ Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement o
 pub(crate) enum Verb {
     Render(render::Render),
     Illum(illum::Illum),
+    Probe(probe::Probe),
     Check(check::Check),
     Fit(fit::Fit),
     Info(info::Info),
@@ -74,9 +77,6 @@ pub(crate) struct SceneArguments {
     /// A fast look: a tenth of the walks (and a quarter of the pixels)
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Replace output files that another program wrote
-    #[arg(long)]
-    pub(crate) force: bool,
 }
 
 /// How the numbers of a mesh file are meant

@@ -10,7 +10,7 @@ use harmolux::estimators::{
 use harmolux::io::scene_file::{IllumEstimator, IllumSpec, RequireSpec, SceneFile, SensorSpec};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::math::Randomness;
-use harmolux::scene::{Illuminance, Scene, Sensor};
+use harmolux::scene::{Measured, Scene, Sensor};
 use harmolux::study::{Judged, SensorGroup, Verdict, judge, known};
 use harmolux::{Error, Result};
 
@@ -39,6 +39,9 @@ pub(crate) struct Illum {
     /// Write the values of all sensors (.csv) or a plot of the lines of sensors (.svg, .png); may be repeated
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
+    /// Replace output files that another program wrote
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Plot the lines of sensors in the terminal
     #[arg(long)]
     pub(crate) plot: bool,
@@ -49,7 +52,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let file = read_scene(&verb.common)?;
     let mut table = columns();
     check_plots(verb, &file)?;
-    let targets = verb.output.iter().map(|path| Target::open(path, &table, verb.common.force));
+    let targets = verb.output.iter().map(|path| Target::open(path, &table, verb.force));
     let targets: Vec<Target> = targets.collect::<Result<_>>()?;
     let loaded = load_scene(&file)?;
     let known: Vec<Option<Vec<f64>>> =
@@ -86,9 +89,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     for path in &verb.output {
         say::note(&format!("written {}", path.display()));
     }
-    let worst = survey.results.iter().map(|r| r.total).filter(|e| e.mean > 0.0);
-    let worst = worst.map(|e| e.relative_half_width()).reduce(f64::max);
-    let code = code(survey.ending, settings.stop, worst, "largest 95 % half width");
+    let code = code(survey.ending, settings.stop, survey.worst(), "largest 95 % half width");
     let met = |group: &Group| group.judged.iter().all(|j| j.verdict == Verdict::Met);
     let all_met = groups.iter().all(|group| met(group) && group.comparisons().all(|c| c.agrees));
     Ok(if code == Code::Done && !all_met { Code::NotMet } else { code })
@@ -114,7 +115,7 @@ fn check_plots(verb: &Illum, file: &SceneFile) -> Result<()> {
 pub(crate) struct Group<'a> {
     pub(crate) name: &'a str,
     pub(crate) sensors: &'a [Sensor],
-    pub(crate) results: &'a [Illuminance],
+    pub(crate) results: &'a [Measured],
     /// `None` without sensors.
     pub(crate) summary: Option<GroupSummary>,
     pub(crate) judged: Vec<Judged>,
@@ -168,7 +169,8 @@ fn groups<'a>(
     groups.iter().zip(known).map(group).collect()
 }
 
-fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments) -> SensorSettings {
+/// Settles how illuminance is computed.
+pub(crate) fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments) -> SensorSettings {
     SensorSettings {
         estimator: match spec.estimator {
             IllumEstimator::Local => SensorEstimator::Local(Weighting::of(scene)),

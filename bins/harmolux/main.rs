@@ -17,6 +17,7 @@ mod interrupt;
 mod mean;
 mod mesh;
 mod plot;
+mod probe;
 mod progress;
 mod random;
 mod render;
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
     let done = match &arguments.verb {
         Verb::Render(verb) => render::run(verb, arguments.json),
         Verb::Illum(verb) => illum::run(verb, arguments.json),
+        Verb::Probe(verb) => probe::run(verb, arguments.json),
         Verb::Check(verb) => check::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),

@@ -35,6 +35,9 @@ use super::{detail_report, interrupt, say};
 pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) common: SceneArguments,
+    /// Replace output files that another program wrote
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Where to write: FILE.png or FILE.exr; may be repeated [default: the scene's name, both kinds, in this folder]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
@@ -183,7 +186,7 @@ fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
     let open = |path: PathBuf| {
         let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
         let (image, kind) = if exr { (Image::Exr, Kind::EXR) } else { (Image::Png, Kind::PNG) };
-        Ok((image, Output::open(&path, &kind, verb.common.force)?))
+        Ok((image, Output::open(&path, &kind, verb.force)?))
     };
     paths.into_iter().map(open).collect()
 }

@@ -1,4 +1,4 @@
-//! Drives a survey of sensors: every walk serves every sensor (eq. 5), replicate by replicate, doubled until the stop.
+//! Drives a survey of sensors or of rays: every walk serves every sensor (eq. 5), replicate by replicate, doubled until the stop.
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use crate::Result;
 use crate::math::stats::Estimate;
-use crate::math::{Randomness, Rgb, Stream, hash};
-use crate::scene::{Illuminance, Scene, Sensor};
+use crate::math::{Randomness, Ray, Rgb, Stream, hash};
+use crate::scene::{Measured, Scene, Sensor, Vertex};
 
 use super::connect::{Batch, Connector, Light, Receiver, Weighting};
 use super::direct;
@@ -42,7 +42,7 @@ pub struct SensorSettings {
 #[derive(Debug, Clone)]
 pub struct Survey {
     /// One result per sensor.
-    pub results: Vec<Illuminance>,
+    pub results: Vec<Measured>,
     /// What each sensor received in each replicate, lx; sensors share their walks, so that replicates of one number belong together.
     pub replicates: Vec<[f64; REPLICATES]>,
     /// Why the run ended.
@@ -55,6 +55,14 @@ pub struct Survey {
     pub elapsed: Duration,
 }
 
+impl Survey {
+    /// Gives the largest relative 95 % half width; those without any light count as exact. `None` when all are.
+    pub fn worst(&self) -> Option<f64> {
+        let lit = self.results.iter().map(|r| r.total).filter(|e| e.mean > 0.0);
+        lit.map(|e| e.relative_half_width()).reduce(f64::max)
+    }
+}
+
 const WALKS: u64 = 11;
 const GATHER: u64 = 12;
 
@@ -64,7 +72,7 @@ const LARGEST_BLOCK: u64 = 256;
 /// How many walks are connected to a sensor at a time: some hundred rays.
 const CONNECTED_TOGETHER: usize = 64;
 
-/// What one sensor has received in one replicate.
+/// What one receiver has got in one replicate.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sum {
     light: Light,
@@ -81,11 +89,42 @@ pub fn illuminance(
     settings: &SensorSettings,
     observer: Observer,
 ) -> Result<Survey> {
+    let receivers: Vec<_> = sensors.iter().map(|s| Some(Receiver::sensor(s))).collect();
+    survey(scene, &receivers, |_| Rgb::BLACK, settings, observer)
+}
+
+/// Measures luminance, cd/m2, against the direction of all rays, at the first surface that each meets (eq. 11); 0 where there is none. The direct part
+/// holds what that surface emits.
+///
+/// # Errors
+/// As [`illuminance`].
+pub fn luminance(
+    scene: &Scene,
+    rays: &[Ray],
+    settings: &SensorSettings,
+    observer: Observer,
+) -> Result<Survey> {
+    let vertices: Vec<Option<Vertex>> = rays.par_iter().map(|ray| scene.vertex(ray)).collect();
+    let receivers: Vec<_> = vertices.iter().map(|v| v.as_ref().map(Receiver::reflecting)).collect();
+    let emitted = |i: usize| vertices[i].as_ref().map_or(Rgb::BLACK, Vertex::emitted);
+    survey(scene, &receivers, emitted, settings, observer)
+}
+
+/// Measures what receivers get from the walks, and adds what they have of their own.
+fn survey(
+    scene: &Scene,
+    receivers: &[Option<Receiver>],
+    own: impl Fn(usize) -> Rgb + Sync,
+    settings: &SensorSettings,
+    observer: Observer,
+) -> Result<Survey> {
     let launcher = Launcher::new(scene)?;
-    let receivers: Vec<Receiver> = sensors.iter().map(Receiver::sensor).collect();
-    let points: Vec<Rgb> = receivers.par_iter().map(|r| direct::point_lights(scene, r)).collect();
-    let survey = Run { scene, launcher: &launcher, settings, receivers: &receivers };
-    let mut sums = vec![[Sum::default(); REPLICATES]; sensors.len()];
+    let exact = |(i, receiver): (usize, &Option<Receiver>)| {
+        own(i) + receiver.as_ref().map_or(Rgb::BLACK, |r| direct::point_lights(scene, r))
+    };
+    let points: Vec<Rgb> = receivers.par_iter().enumerate().map(exact).collect();
+    let survey = Run { scene, launcher: &launcher, settings, receivers };
+    let mut sums = vec![[Sum::default(); REPLICATES]; receivers.len()];
     let mut control = Control::new(settings.stop);
     let (mut done, mut escaped) = (0, 0.0);
     let mut target = settings
@@ -135,7 +174,7 @@ struct Run<'a> {
     scene: &'a Scene,
     launcher: &'a Launcher<'a>,
     settings: &'a SensorSettings,
-    receivers: &'a [Receiver<'a>],
+    receivers: &'a [Option<Receiver<'a>>],
 }
 
 impl Run<'_> {
@@ -175,7 +214,7 @@ impl Run<'_> {
         walks: &[(Vec<Node>, Rgb)],
         sum: &mut Sum,
     ) {
-        let receiver = &self.receivers[sensor];
+        let Some(receiver) = &self.receivers[sensor] else { return };
         let seed = hash([seed(self.settings.seed, replicate, GATHER), sensor as u64]);
         let stream = |index| Stream::new(self.settings.randomness, seed, index);
         let mut add = |light: Light| {
@@ -206,9 +245,9 @@ impl Run<'_> {
 }
 
 /// Turns the sums of one sensor into its result.
-fn result(points: Rgb, sums: &[Sum; REPLICATES], walks: u64) -> Illuminance {
+fn result(points: Rgb, sums: &[Sum; REPLICATES], walks: u64) -> Measured {
     let mean = |light| Estimate::of_replicates(&replicates(points, sums, walks, light));
-    Illuminance {
+    Measured {
         total: mean(Light::total),
         direct: mean(|light| light.direct),
         spoilt: sums.iter().map(|s| s.spoilt).sum(),

@@ -12,6 +12,6 @@ mod walk;
 pub use connect::{Light, Receiver, Weighting};
 pub use groups::{Bracket, GroupSummary};
 pub use image::{Estimator, ImageSettings, Rendering, render};
-pub use local::{SensorEstimator, SensorSettings, Survey, illuminance};
+pub use local::{SensorEstimator, SensorSettings, Survey, illuminance, luminance};
 pub use replicates::{Ending, Observer, Progress, REPLICATES, Stop};
 pub use walk::{Launcher, Node};

@@ -6,6 +6,7 @@ pub mod meshes;
 pub mod output;
 pub mod plots;
 pub mod points;
+pub mod rays;
 pub mod scene_file;
 pub mod spectra;
 pub mod tables;

@@ -2,17 +2,17 @@
 
 mod camera;
 mod film;
-mod illuminance;
 mod index;
 mod light;
 mod material;
 mod object;
+mod sensor;
 mod world;
 
 pub use camera::Perspective;
 pub use film::{Film, MAX_PIXELS, Pixel};
-pub use illuminance::{Illuminance, Sensor};
 pub use light::{Distribution, PointLight};
 pub use material::{Brdf, BrdfSample, Material};
 pub use object::{Emitter, Object};
+pub use sensor::{Measured, Sensor};
 pub use world::{Scene, Vertex};

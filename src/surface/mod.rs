@@ -109,9 +109,11 @@ impl Hit {
     /// The point is moved along the geometric normal, to the side `direction` looks to, by four times the error bound: far enough
     /// to be certainly on that side, and as near as the hit is exact. Nowhere else is there an epsilon.
     pub fn departure(&self, direction: DVec3) -> DVec3 {
+        // A hit can be exact: on a plane, at the origin. Its rays leave all the same.
+        let error = self.error.max(1e-300);
         // A direction in the tangent plane itself (-0.0 included) counts as outward.
         let side = if self.normal.dot(direction) < 0.0 { -1.0 } else { 1.0 };
-        self.point + (4.0 * self.error * side) * self.normal
+        self.point + (4.0 * error * side) * self.normal
     }
 
     /// Makes the ray that leaves the hit along the unit vector `direction`.

@@ -1,4 +1,4 @@
-//! Points that measure illuminance, and what they measured.
+//! Points that measure illuminance, and what was measured.
 
 use glam::DVec3;
 
@@ -29,12 +29,12 @@ impl Sensor {
     }
 }
 
-/// Holds the illuminance at a sensor.
+/// Holds the illuminance, lx, at a sensor, or the luminance, cd/m2, along a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Illuminance {
-    /// All of it, lx.
+pub struct Measured {
+    /// All of it.
     pub total: Estimate,
-    /// The part that comes straight from lights and emitting surfaces, lx.
+    /// The part that comes straight from lights and emitting surfaces.
     pub direct: Estimate,
     /// Samples that were not finite; counted, never averaged in.
     pub spoilt: u64,
