@@ -55,7 +55,7 @@ fn planes() -> Result<Scene> {
 }
 
 fn measure(scene: &Scene, randomness: Randomness, walks: u64) -> Result<Survey> {
-    let sensors = RADII.map(|r| Sensor { at: DVec3::X * r, normal: DVec3::Z });
+    let sensors = RADII.map(|r| Sensor::plane(DVec3::X * r, DVec3::Z));
     let settings = SensorSettings {
         estimator: SensorEstimator::Local(Weighting::Walk),
         randomness,

@@ -14,7 +14,7 @@ use harmolux::estimators::{
 use harmolux::exact::{Cube, Plane as SobolevPlane, SobolevProblem};
 use harmolux::math::stats::Estimate;
 use harmolux::math::{Randomness, Ray, Rgb};
-use harmolux::scene::{Distribution, Film, Object, PointLight, Scene, Sensor};
+use harmolux::scene::{Distribution, Film, Measure, Object, PointLight, Scene, Sensor};
 use harmolux::surface::MeshSurface;
 use harmolux::surface::primitives::{Plane, Sphere};
 
@@ -64,10 +64,10 @@ fn check_furnace(object: fn(f64) -> Object) {
         assert_flat(&rendering.film, l0);
     }
     let points = [
-        Sensor { at: DVec3::new(1.0, 1.0, 0.0), normal: DVec3::Z },
-        Sensor { at: DVec3::new(0.0, 2.0, 1.0), normal: DVec3::X },
-        Sensor { at: DVec3::new(0.01, 0.01, 0.0), normal: DVec3::Z },
-        Sensor { at: DVec3::new(3.0, 1.0, 1.7), normal: DVec3::new(0.6, 0.0, -0.8) },
+        Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(0.0, 2.0, 1.0), DVec3::X),
+        Sensor::plane(DVec3::new(0.01, 0.01, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(3.0, 1.0, 1.7), DVec3::new(0.6, 0.0, -0.8)),
     ];
     for estimator in [SensorEstimator::Local(Weighting::of(&scene)), SensorEstimator::Path] {
         let survey = illuminance(&scene, &points, &sensors(estimator, 4096), &go_on).expect("runs");
@@ -121,7 +121,7 @@ const SOBOLEV_RADII: [f64; 10] = [0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 
 #[test]
 fn sobolev_case_a_at_ten_radii() {
     let (scene, exact) = sobolev();
-    let points = SOBOLEV_RADII.map(|r| Sensor { at: DVec3::new(r, 0.0, 0.0), normal: DVec3::Z });
+    let points = SOBOLEV_RADII.map(|r| Sensor::plane(DVec3::new(r, 0.0, 0.0), DVec3::Z));
     // Ten gaps from the source only one walk in some hundred comes near: the interval needs many of them.
     for (estimator, walks) in
         [(SensorEstimator::Local(Weighting::Walk), 1 << 18), (SensorEstimator::Path, 1 << 18)]
@@ -140,6 +140,38 @@ fn sobolev_case_a_at_ten_radii() {
         }
         let at_source = survey.results[0].total;
         assert!(at_source.relative_error() <= 1e-3, "{at_source:?}");
+    }
+}
+
+#[test]
+fn cylinders_measure_what_their_formulas_say() {
+    let at = DVec3::new(1.0, 2.0, 1.2);
+    let facing = DVec3::Y;
+    let points = [Measure::Cylinder, Measure::SemiCylinder { facing }].map(|measure| Sensor {
+        at,
+        normal: DVec3::Z,
+        measure,
+    });
+    let size = DVec3::new(4.0, 5.0, 3.0);
+    // A furnace of luminance 30: pi L whatever is lit.
+    let glow = Scene::new(vec![room(size, &[furnace(0.5, 30.0); 6])], Vec::new()).expect("valid");
+    // A lamp 2 m towards +y and 1 m up: E = I sin / (pi d^2), and twice that of the half that faces it.
+    let lamp = PointLight::isotropic("lamp", at + DVec3::new(0.0, 2.0, 1.0), Rgb::grey(100.0));
+    let lit = Scene::new(vec![room(size, &[grey(0.6); 6])], vec![lamp]).expect("valid");
+    let direct = 100.0 * (2.0 / 5.0_f64.sqrt()) / (PI * 5.0);
+    let estimators = [SensorEstimator::Local(Weighting::of(&lit)), SensorEstimator::Path];
+    let survey = |scene: &Scene, estimator| {
+        illuminance(scene, &points, &sensors(estimator, 1 << 14), &go_on).expect("runs").results
+    };
+    for estimator in estimators {
+        for found in survey(&glow, estimator) {
+            assert!(found.total.agrees_with(PI * 30.0, 0.0, 2), "{estimator:?}: {found:?}");
+        }
+    }
+    let [local, path] = estimators.map(|estimator| survey(&lit, estimator));
+    for (i, (a, b)) in local.iter().zip(&path).enumerate() {
+        assert!(a.total.agrees_with(b.total.mean, b.total.standard_error, 2), "{a:?} {b:?}");
+        assert!((a.direct.mean - [1.0, 2.0][i] * direct).abs() <= 1e-9, "{a:?} {direct}");
     }
 }
 
@@ -172,7 +204,7 @@ fn spots_and_flat_lamps_shed_the_light_of_their_intensity() {
     let cosine = |degrees: f64| degrees.to_radians().cos();
     let spot = Distribution::Spot { axis, inner: cosine(20.0), outer: cosine(35.0) };
     let points = [(1.0, 2.0), (2.875, 2.0), (2.875, 4.9), (3.9, 0.1)]
-        .map(|(x, y)| Sensor { at: DVec3::new(x, y, 0.0), normal: DVec3::Z });
+        .map(|(x, y)| Sensor::plane(DVec3::new(x, y, 0.0), DVec3::Z));
     for distribution in [spot, Distribution::Lambert { axis }] {
         let intensity = Rgb::grey(100.0);
         let lamp = PointLight { name: "lamp".into(), at, intensity, distribution };
@@ -203,8 +235,7 @@ fn cube_of_cie_171_at_seven_floor_points() {
     let scene = Scene::new(vec![cube], vec![lamp]).expect("valid");
     let offsets =
         [(0.0, 0.0), (0.5, 0.5), (1.0, 0.0), (1.0, 1.0), (1.5, 1.5), (1.9, 1.9), (1.99, 1.99)];
-    let points =
-        offsets.map(|(x, y)| Sensor { at: DVec3::new(half + x, half + y, 0.0), normal: DVec3::Z });
+    let points = offsets.map(|(x, y)| Sensor::plane(DVec3::new(half + x, half + y, 0.0), DVec3::Z));
     let exact =
         Cube { edge: 2.0 * half, flux: 10_000.0, reflectance: 0.5 }.solve().expect("solves");
     for (estimator, walks) in
@@ -228,7 +259,7 @@ fn cube_of_cie_171_at_seven_floor_points() {
 #[test]
 fn error_falls_with_the_number_of_walks() {
     let (scene, _) = sobolev();
-    let points = [0.5, 1.0, 2.0].map(|r| Sensor { at: DVec3::new(r, 0.0, 0.0), normal: DVec3::Z });
+    let points = [0.5, 1.0, 2.0].map(|r| Sensor::plane(DVec3::new(r, 0.0, 0.0), DVec3::Z));
     let error = |randomness, walks| {
         let settings = harmolux::estimators::SensorSettings {
             randomness,
@@ -251,7 +282,7 @@ fn bounded_kernel_tames_the_corner_without_bias() {
     let cube = room(DVec3::splat(2.0), &[grey(0.5); 6]);
     let lamp = PointLight::isotropic("lamp", DVec3::ONE, Rgb::grey(100.0));
     let scene = Scene::new(vec![cube], vec![lamp]).expect("valid");
-    let corner = [Sensor { at: DVec3::new(0.01, 0.01, 0.0), normal: DVec3::Z }];
+    let corner = [Sensor::plane(DVec3::new(0.01, 0.01, 0.0), DVec3::Z)];
     let run = |weighting, walks| {
         let settings = sensors(SensorEstimator::Local(weighting), walks);
         illuminance(&scene, &corner, &settings, &go_on).expect("runs").results[0].total
@@ -275,7 +306,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let scene = furnace_scene(10.0, sh_object);
     let view = camera(DVec3::new(0.5, 0.4, 2.5), DVec3::new(2.0, 2.5, 1.2), [16, 12]);
     let settings = image(Estimator::DoubleLocal(Weighting::of(&scene)), 16);
-    let points = [Sensor { at: DVec3::new(1.0, 1.0, 0.0), normal: DVec3::Z }];
+    let points = [Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z)];
     let survey = sensors(SensorEstimator::Local(Weighting::of(&scene)), 512);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
@@ -299,7 +330,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
 #[test]
 fn runs_end_on_error_walks_time_and_interruption() {
     let (scene, _) = sobolev();
-    let points = [Sensor { at: DVec3::X, normal: DVec3::Z }];
+    let points = [Sensor::plane(DVec3::X, DVec3::Z)];
     let run = |stop, observer: harmolux::estimators::Observer| {
         let settings = harmolux::estimators::SensorSettings {
             stop,

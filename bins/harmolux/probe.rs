@@ -46,7 +46,7 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     let watch = |p: &_| meter.show(p);
     let survey = if verb.illuminance {
         let sensors: Vec<Sensor> =
-            asked.iter().map(|&(at, normal)| Sensor { at, normal }).collect();
+            asked.iter().map(|&(at, normal)| Sensor::plane(at, normal)).collect();
         illuminance(&loaded.scene, &sensors, &settings, &watch)
     } else {
         let rays: Vec<Ray> = asked.iter().map(|&(at, along)| Ray::new(at, along)).collect();

@@ -1,7 +1,7 @@
 //! The core of the local estimates: what the nodes of a walk contribute to a receiver.
 //!
-//! A receiver answers light from a direction by W(omega): the cosine for illuminance, f cos for the luminance of a surface seen by an eye; sensors
-//! and pixels differ in nothing else. A node y of a walk contributes Q f(y) G V W/cos (eq. 5, 11), where G = cos cos' / d^2 is singular at
+//! A receiver answers light from a direction by W(omega); sensors and pixels differ in nothing else ([`Receiver`]). A node y of a walk contributes Q f(y) G V W/cos (eq. 5, 11), where G = P cos' / d^2, with the
+//! receiver's projection P, is singular at
 //! d = 0. A weighting leaves the share c(G) of that to the connection and the rest 1 - c to a ray that gathers from the receiver (Kollig and Keller, 2004):
 //! it finds y' and adds (1 - c) W/pdf [direct light at y' + the same walk's nodes seen from y'], recursively. Both together are unbiased for
 //! every c; a bounded c G makes the variance finite.
@@ -13,13 +13,12 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use glam::DVec3;
-
-use crate::math::{Frame, Ray, Rgb, Stream, sampling};
-use crate::scene::{Brdf, BrdfSample, Scene, Sensor, Vertex};
+use crate::math::{Ray, Rgb, Stream};
+use crate::scene::{BrdfSample, Scene, Vertex};
 use crate::surface::Hit;
 
 use super::direct;
+use super::receiver::Receiver;
 use super::walk::{Launcher, Node};
 
 /// Divides light between connections to walks (share c) and gathering rays (share 1 - c), as a function of G in 1/m2.
@@ -66,15 +65,6 @@ impl Weighting {
     }
 }
 
-/// Receives light at a point of the scene.
-#[derive(Debug, Clone, Copy)]
-pub struct Receiver<'a> {
-    /// Where, with the error bound its rays leave by.
-    pub hit: Hit,
-    normal: DVec3,
-    reflection: Option<(&'a Brdf, DVec3)>,
-}
-
 /// Separates what came straight from a source from what was reflected before.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Light {
@@ -88,63 +78,6 @@ impl Light {
     /// Gives both together.
     pub fn total(&self) -> Rgb {
         self.direct + self.indirect
-    }
-}
-
-impl<'a> Receiver<'a> {
-    /// Measures illuminance: W = cos.
-    pub fn sensor(sensor: &Sensor) -> Self {
-        Self { hit: sensor.as_hit(), normal: sensor.normal, reflection: None }
-    }
-
-    /// Measures the luminance that a vertex reflects towards `vertex.outgoing`: W = f cos.
-    pub fn reflecting(vertex: &Vertex<'a>) -> Self {
-        Self {
-            hit: vertex.hit,
-            normal: vertex.normal,
-            reflection: Some((&vertex.material.brdf, vertex.outgoing)),
-        }
-    }
-
-    /// Gives W for light that comes from the unit vector `direction`; black from below the surface.
-    pub fn response(&self, direction: DVec3) -> Rgb {
-        let cos = self.normal.dot(direction);
-        if cos <= 0.0 || self.geometric_cos(direction) <= 0.0 {
-            return Rgb::BLACK;
-        }
-        match self.reflection {
-            None => Rgb::grey(cos),
-            Some((brdf, outgoing)) => brdf.eval(self.normal, direction, outgoing) * cos,
-        }
-    }
-
-    /// Samples a direction to look along.
-    pub(super) fn sample(&self, u: [f64; 2]) -> Option<BrdfSample> {
-        match self.reflection {
-            None => {
-                let local = sampling::cosine_hemisphere(u);
-                (local.z > 0.0).then(|| BrdfSample {
-                    direction: Frame::about(self.normal).to_world(local),
-                    weight: Rgb::grey(PI),
-                    density: sampling::cosine_pdf(local.z),
-                })
-            }
-            Some((brdf, outgoing)) => brdf.sample(self.normal, outgoing, u),
-        }
-        .filter(|sample| self.geometric_cos(sample.direction) > 0.0)
-    }
-
-    /// Gives the density per steradian with which [`Receiver::sample`] looks along `direction`.
-    pub(super) fn density(&self, direction: DVec3) -> f64 {
-        match self.reflection {
-            None => sampling::cosine_pdf(self.normal.dot(direction)),
-            Some((brdf, _)) => brdf.density(self.normal, direction),
-        }
-    }
-
-    /// Gives the cosine to the true surface on the side the receiver faces; differs from the shading cosine on smooth meshes only.
-    fn geometric_cos(&self, direction: DVec3) -> f64 {
-        self.hit.normal.dot(direction) * 1.0_f64.copysign(self.hit.normal.dot(self.normal))
     }
 }
 
@@ -276,7 +209,7 @@ impl<'a> Connector<'a> {
         if cos <= 0.0 || response.is_black() {
             return None;
         }
-        let g = cos * receiver.normal.dot(direction) / distance2;
+        let g = cos * receiver.projection(direction) / distance2;
         let (leaving, share) = if let Some(density) = node.start_density {
             (Rgb::grey(1.0 / PI), self.weighting.start_share(g, density))
         } else {
@@ -332,7 +265,7 @@ impl<'a> Connector<'a> {
             return None;
         }
         let to_vertex = vertex.hit.point - from.receiver.hit.point;
-        let g = cos * from.receiver.normal.dot(direction) / to_vertex.length_squared();
+        let g = cos * from.receiver.projection(direction) / to_vertex.length_squared();
         let emitted = vertex.emitted();
         if !emitted.is_black() {
             let share = self.weighting.start_share(g, self.launcher.start_density(vertex));
@@ -380,9 +313,11 @@ impl Batch<'_> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::math::Randomness;
-    use crate::scene::{Material, Object, PointLight};
+    use crate::scene::{Material, Object, PointLight, Sensor};
     use crate::surface::primitives::{AxisBox, Sphere};
 
     /// A room with a lamp, a ball that shines and reflects, and one that casts shadows.
@@ -414,7 +349,7 @@ mod tests {
             })
             .collect();
         // Near an edge most is gathered, over several levels.
-        let sensor = Sensor { at: DVec3::new(0.02, 2.0, 0.0), normal: DVec3::Z };
+        let sensor = Sensor::plane(DVec3::new(0.02, 2.0, 0.0), DVec3::Z);
         let receiver = Receiver::sensor(&sensor);
         for weighting in [Weighting::Walk, Weighting::of(&scene)] {
             let connector = Connector::new(&scene, &launcher, weighting);

@@ -3,7 +3,7 @@
 use crate::math::{Ray, Rgb};
 use crate::scene::Scene;
 
-use super::connect::Receiver;
+use super::receiver::Receiver;
 
 /// Gives, for every point light that sheds light on the receiver, I W / d^2 and the ray on which nothing may stand.
 pub(super) fn connections(scene: &Scene, receiver: &Receiver) -> impl Iterator<Item = (Ray, Rgb)> {

@@ -10,9 +10,10 @@ use crate::Result;
 use crate::math::{Randomness, Rgb, Stream, hash};
 use crate::scene::{Film, Perspective, Scene};
 
-use super::connect::{Batch, Connector, Receiver, Weighting};
+use super::connect::{Batch, Connector, Weighting};
 use super::direct;
 use super::path::PathTracer;
+use super::receiver::Receiver;
 use super::replicates::{Control, Ending, Observer, REPLICATES, Stop, seed};
 use super::walk::{Launcher, Node};
 

@@ -10,9 +10,10 @@ use crate::math::stats::Estimate;
 use crate::math::{Randomness, Ray, Rgb, Stream, hash};
 use crate::scene::{Measured, Scene, Sensor, Vertex};
 
-use super::connect::{Batch, Connector, Light, Receiver, Weighting};
+use super::connect::{Batch, Connector, Light, Weighting};
 use super::direct;
 use super::path::PathTracer;
+use super::receiver::Receiver;
 use super::replicates::{Control, Ending, Observer, REPLICATES, Stop, seed};
 use super::walk::{Launcher, Node};
 

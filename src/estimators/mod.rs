@@ -6,12 +6,14 @@ mod groups;
 mod image;
 mod local;
 mod path;
+mod receiver;
 mod replicates;
 mod walk;
 
-pub use connect::{Light, Receiver, Weighting};
+pub use connect::{Light, Weighting};
 pub use groups::{Bracket, GroupSummary};
 pub use image::{Estimator, ImageSettings, Rendering, render};
 pub use local::{SensorEstimator, SensorSettings, Survey, illuminance, luminance};
+pub use receiver::Receiver;
 pub use replicates::{Ending, Observer, Progress, REPLICATES, Stop};
 pub use walk::{Launcher, Node};

@@ -8,8 +8,9 @@ use glam::DVec2;
 use crate::math::{Rgb, Stream, sampling};
 use crate::scene::{BrdfSample, Scene, Vertex};
 
-use super::connect::{Light, Receiver};
+use super::connect::Light;
 use super::direct;
+use super::receiver::Receiver;
 
 /// Traces paths in a scene.
 pub(super) struct PathTracer<'a> {

@@ -20,6 +20,30 @@ pub fn uniform_cone(cos: f64, [u, v]: [f64; 2]) -> DVec3 {
     DVec3::new(r * cos, r * sin, z)
 }
 
+/// Samples the unit sphere in proportion to the sine of the angle to z; the density is sin / pi^2 per steradian.
+pub fn sine_sphere([u, v]: [f64; 2]) -> DVec3 {
+    // The angle t of (t - sin t cos t) / pi = u by bisected Newton steps; the derivative 2 sin^2 vanishes at the ends.
+    let (mut low, mut high, mut t) = (0.0, PI, 0.5 * PI);
+    for _ in 0..60 {
+        let (sin, cos) = t.sin_cos();
+        let excess = t - sin * cos - PI * u;
+        if excess > 0.0 {
+            high = t;
+        } else {
+            low = t;
+        }
+        let newton = t - excess / (2.0 * sin * sin);
+        let next = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
+        if (next - t).abs() <= 1e-15 * PI {
+            break;
+        }
+        t = next;
+    }
+    let (sin, cos) = t.sin_cos();
+    let (sin_v, cos_v) = (TAU * v).sin_cos();
+    DVec3::new(sin * cos_v, sin * sin_v, cos)
+}
+
 /// Samples the hemisphere about local z in proportion to the cosine (Malley's method); see [`cosine_pdf`].
 pub fn cosine_hemisphere(u: [f64; 2]) -> DVec3 {
     let d = concentric_disc(u);

@@ -14,5 +14,5 @@ pub use film::{Film, MAX_PIXELS, Pixel};
 pub use light::{Distribution, PointLight};
 pub use material::{Brdf, BrdfSample, Material};
 pub use object::{Emitter, Object};
-pub use sensor::{Measured, Sensor};
+pub use sensor::{Measure, Measured, Sensor};
 pub use world::{Scene, Vertex};

@@ -41,7 +41,11 @@ pub(super) fn sensors(grid: &GridSpec, file: &SceneFile, extent: Aabb) -> Result
     let rows = 0..counts[1];
     Ok(rows
         .flat_map(|j| (0..counts[0]).map(move |i| (i, j)))
-        .map(|(i, j)| Sensor { at: field.corner + along(0, i) + along(1, j), normal: field.normal })
+        .map(|(i, j)| Sensor {
+            at: field.corner + along(0, i) + along(1, j),
+            normal: field.normal,
+            measure: grid.measure,
+        })
         .collect())
 }
 
@@ -50,7 +54,7 @@ pub(super) fn sensors(grid: &GridSpec, file: &SceneFile, extent: Aabb) -> Result
 /// # Errors
 /// The number of sensors, when it is above [`MAX_SENSORS`].
 pub(super) fn along(line: &LineSpec) -> Result<Vec<Sensor>, f64> {
-    let LineSpec { from, to, normal, layout } = *line;
+    let LineSpec { from, to, normal, measure, layout } = *line;
     let count = match layout {
         // A length that is a multiple of the spacing but for roundings has no point more.
         LineLayout::Spacing(spacing) => (from.distance(to) / spacing - 1e-9).ceil().max(1.0) + 1.0,
@@ -60,7 +64,7 @@ pub(super) fn along(line: &LineSpec) -> Result<Vec<Sensor>, f64> {
         return Err(count);
     }
     let place = |i: u32| from.lerp(to, f64::from(i) / (count - 1.0));
-    Ok((0..count as u32).map(|i| Sensor { at: place(i), normal }).collect())
+    Ok((0..count as u32).map(|i| Sensor { at: place(i), normal, measure }).collect())
 }
 
 fn field(place: &GridPlace, file: &SceneFile, extent: Aabb) -> Option<Field> {
@@ -144,7 +148,7 @@ mod tests {
         };
         let points = sensors(grid, &file, Aabb::EMPTY).expect("few");
         assert_eq!(points.len(), 6);
-        assert_eq!(points[0], Sensor { at: DVec3::new(1.0, 1.5, 0.0), normal: DVec3::Z });
+        assert_eq!(points[0], Sensor::plane(DVec3::new(1.0, 1.5, 0.0), DVec3::Z));
         assert_eq!(points[5].at, DVec3::new(3.0, 3.5, 0.0));
         let at_height = GridSpec { place: GridPlace::Height(0.75), ..grid.clone() };
         let extent = Aabb::new(DVec3::ZERO, DVec3::new(4.0, 5.0, 3.0));

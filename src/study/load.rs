@@ -12,7 +12,7 @@ use super::shared_surfaces::{Preparation, SharedSurfaces};
 use super::solids::{Body, Solid};
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec,
-    ObjectSpec, PlacementSpec, SceneFile, SensorSpec, ShSpec, Strength,
+    ObjectSpec, PlacementSpec, PointsSpec, SceneFile, SensorSpec, ShSpec, Strength,
 };
 use crate::math::Placement;
 use crate::scene::{Distribution, Material, Object, Perspective, PointLight, Scene, Sensor};
@@ -343,7 +343,8 @@ fn sensors(file: &SceneFile, scene: &Scene) -> Result<Vec<SensorGroup>> {
     };
     let lay_out = |name: &str, spec: &SensorSpec| match spec {
         SensorSpec::Points(points) => {
-            Ok(points.at.iter().map(|&at| Sensor { at, normal: points.normal }).collect())
+            let PointsSpec { normal, measure, .. } = *points;
+            Ok(points.at.iter().map(|&at| Sensor { at, normal, measure }).collect())
         }
         SensorSpec::Grid(grid) => grids::sensors(grid, file, scene.bounds())
             .map_err(|count| too_many(name, "grid", count)),

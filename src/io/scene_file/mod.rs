@@ -9,6 +9,7 @@ mod compare;
 mod diagnostics;
 mod light;
 mod material;
+mod measure;
 mod object;
 mod overrides;
 mod placement;

@@ -7,11 +7,13 @@ use glam::DVec3;
 use serde::de::Visitor;
 use serde::{Deserialize, Deserializer};
 
+use super::measure::MeasureName;
 use super::object::{BoxFace, ObjectSpec};
 use super::source::Entry;
 use super::suggest::suggest;
-use super::values::{AtLeast0, Coordinate, Range, Size, number, number_if, whole};
-use super::vectors::{columns_rows_if, direction, point, points};
+use super::values::{AtLeast0, Coordinate, Range, Size, number, number_if, whole, word};
+use super::vectors::{columns_rows_if, direction, direction_if, point, points};
+use crate::scene::Measure;
 use crate::{Error, Result};
 
 /// Describes a set of illuminance sensors.
@@ -33,8 +35,10 @@ pub struct LineSpec {
     pub from: DVec3,
     /// Where it ends, metres; somewhere else.
     pub to: DVec3,
-    /// The side the points look to, of length 1.
+    /// The side the points look to, or the axis of the cylinder, of length 1.
     pub normal: DVec3,
+    /// What is lit there.
+    pub measure: Measure,
     /// How the points are spread.
     pub layout: LineLayout,
 }
@@ -49,15 +53,14 @@ pub enum LineLayout {
 }
 
 /// Describes points of illuminance.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PointsSpec {
     /// Where they are, metres; at least one.
-    #[serde(deserialize_with = "points")]
     pub at: Vec<DVec3>,
-    /// The side they look to, of length 1.
-    #[serde(deserialize_with = "direction")]
+    /// The side they look to, or the axis of the cylinder, of length 1.
     pub normal: DVec3,
+    /// What is lit there.
+    pub measure: Measure,
 }
 
 /// Describes a grid of illuminance sensors in the cell centres of what the border leaves.
@@ -69,6 +72,8 @@ pub struct GridSpec {
     pub border: f64,
     /// How the points are spread.
     pub layout: GridLayout,
+    /// What is lit there; the normal is the axis of a cylinder.
+    pub measure: Measure,
 }
 
 /// Says where a grid lies.
@@ -106,9 +111,22 @@ pub enum GridLayout {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum WrittenSensor {
-    Points(PointsSpec),
+    Points(WrittenPoints),
     Grid(WrittenGrid),
     Line(WrittenLine),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WrittenPoints {
+    #[serde(deserialize_with = "points")]
+    at: Vec<DVec3>,
+    #[serde(deserialize_with = "direction")]
+    normal: DVec3,
+    #[serde(default, deserialize_with = "word")]
+    measure: MeasureName,
+    #[serde(default, deserialize_with = "direction_if")]
+    facing: Option<DVec3>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -124,6 +142,10 @@ pub(super) struct WrittenLine {
     spacing: Option<f64>,
     #[serde(default, deserialize_with = "several_if")]
     count: Option<u32>,
+    #[serde(default, deserialize_with = "word")]
+    measure: MeasureName,
+    #[serde(default, deserialize_with = "direction_if")]
+    facing: Option<DVec3>,
 }
 
 /// Reads a whole number from 2, of a key that may be left out.
@@ -142,6 +164,10 @@ pub(super) struct WrittenGrid {
     spacing: Option<Spacing>,
     #[serde(default, deserialize_with = "columns_rows_if")]
     count: Option<[u32; 2]>,
+    #[serde(default, deserialize_with = "word")]
+    measure: MeasureName,
+    #[serde(default, deserialize_with = "direction_if")]
+    facing: Option<DVec3>,
 }
 
 /// "en12464" or a number of metres.
@@ -199,7 +225,10 @@ impl WrittenSensor {
         objects: &BTreeMap<String, ObjectSpec>,
     ) -> Result<SensorSpec> {
         match self {
-            Self::Points(spec) => Ok(SensorSpec::Points(spec)),
+            Self::Points(WrittenPoints { at, normal, measure, facing }) => {
+                let measure = measure.with(facing, Some(normal), entry)?;
+                Ok(SensorSpec::Points(PointsSpec { at, normal, measure }))
+            }
             Self::Grid(written) => written.check(entry, objects).map(SensorSpec::Grid),
             Self::Line(written) => written.check(entry).map(SensorSpec::Line),
         }
@@ -222,7 +251,8 @@ impl WrittenLine {
             }
             (Some(_), Some(_)) => return Err(both(entry)),
         };
-        Ok(LineSpec { from, to, normal, layout })
+        let measure = self.measure.with(self.facing, Some(normal), entry)?;
+        Ok(LineSpec { from, to, normal, measure, layout })
     }
 }
 
@@ -237,7 +267,8 @@ impl WrittenGrid {
         let place = self.place(entry, objects)?;
         let layout = self.layout(entry)?;
         check_border(&place, self.border, entry, objects)?;
-        Ok(GridSpec { place, border: self.border, layout })
+        let measure = self.measure.with(self.facing, axis(&place, objects), entry)?;
+        Ok(GridSpec { place, border: self.border, layout, measure })
     }
 
     fn place(&self, entry: &Entry, objects: &BTreeMap<String, ObjectSpec>) -> Result<GridPlace> {
@@ -310,6 +341,18 @@ fn no_place(name: &str, object: &ObjectSpec, entry: &Entry) -> Error {
         ),
     };
     entry.error("on", message, &help)
+}
+
+/// Gives the line along which the normals of a grid are, where the description alone tells.
+fn axis(place: &GridPlace, objects: &BTreeMap<String, ObjectSpec>) -> Option<DVec3> {
+    match place {
+        GridPlace::Height(_) => Some(DVec3::Z),
+        GridPlace::Face { face, .. } => Some(DVec3::AXES[face.axis()]),
+        GridPlace::Rectangle { object } => match objects.get(object)? {
+            ObjectSpec::Rectangle(spec) => spec.edge_u.cross(spec.edge_v).try_normalize(),
+            _ => None,
+        },
+    }
 }
 
 /// Refuses a border that leaves nothing.

@@ -44,7 +44,9 @@ pub(super) fn example(kind: &str, key: &str) -> Option<&'static str> {
     }
 }
 
-const EXAMPLES: [&str; 52] = [
+const EXAMPLES: [&str; 54] = [
+    "measure = \"cylindrical\"",
+    "facing = [1, 0, 0]",
     "direction = [0, 0, -1]",
     "inner = 15",
     "outer = 25",

@@ -7,6 +7,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::math::Rgb;
+use crate::scene::Measure;
 use messages::*;
 
 const HEAD_ROOM: &str = include_str!("../../../../data/scenes/head_room.toml");
@@ -195,6 +196,32 @@ fn shapes_are_read_as_written() {
 }
 
 #[test]
+fn sensors_measure_planes_cylinders_and_halves() {
+    let measure = |written: &str| {
+        let text = ROOM.replace("[render]", &format!("{written}\n[render]"));
+        let scene = SceneFile::parse("room.toml".as_ref(), &text, &[])?;
+        let SensorSpec::Grid(grid) = &scene.sensors["desk"] else { panic!("a grid") };
+        Ok::<_, Error>(grid.measure)
+    };
+    assert_eq!(measure("").expect("parses"), Measure::Plane);
+    assert_eq!(measure("measure = \"cylindrical\"").expect("parses"), Measure::Cylinder);
+    let half = "measure = \"semicylindrical\"\nfacing = [0, 2, 0]";
+    assert_eq!(measure(half).expect("parses"), Measure::SemiCylinder { facing: DVec3::Y });
+    for (bad, words) in [
+        (
+            "measure = \"cylinder\"",
+            "the words here are `plane`, `cylindrical` and `semicylindrical`",
+        ),
+        ("measure = \"semicylindrical\"", "missing key `facing`"),
+        ("facing = [1, 0, 0]", "`facing` in [sensors.desk.grid] has no meaning"),
+        ("measure = \"semicylindrical\"\nfacing = [1, 0, 1]", "perpendicular to the axis"),
+    ] {
+        let error = measure(bad).expect_err(bad).to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
 fn lights_sensors_and_stops_are_read_as_written() {
     let scene = parse(SHAPES, &[]).expect("parses");
     let lamp = &scene.lights["lamp"];
@@ -203,10 +230,15 @@ fn lights_sensors_and_stops_are_read_as_written() {
     assert!((lamp.colour.luminance() - 1.0).abs() <= 1e-15);
     assert!((lamp.colour.0[0] - 2.0 * lamp.colour.0[1]).abs() <= 1e-15);
     let place = GridPlace::Rectangle { object: "table".to_owned() };
-    let top = GridSpec { place, border: 0.0, layout: GridLayout::Count([3, 2]) };
+    let top =
+        GridSpec { place, border: 0.0, layout: GridLayout::Count([3, 2]), measure: Measure::Plane };
     assert_eq!(scene.sensors["top"], SensorSpec::Grid(top));
-    let air =
-        GridSpec { place: GridPlace::Height(0.75), border: 0.0, layout: GridLayout::Spacing(0.25) };
+    let air = GridSpec {
+        place: GridPlace::Height(0.75),
+        border: 0.0,
+        layout: GridLayout::Spacing(0.25),
+        measure: Measure::Plane,
+    };
     assert_eq!(scene.sensors["air"], SensorSpec::Grid(air));
     let stop = scene.illum.stop;
     assert_eq!((stop.walks, stop.time.map(|t| t.as_secs())), (Some(1_000_000), Some(90)));
