@@ -320,7 +320,7 @@ fn illum_prints_a_table_for_each_group_and_writes_csv() {
         let output = desk.done(["illum", "room.toml", "-o", "lux.csv"]);
         assert_says(
             &stdout(&output),
-            &["| floor |", "| spots |", "E lx", "± 95 %", "direct lx", "floor: mean", "U0 = "],
+            &["| floor |", "| spots |", "E lx", "± 95 %", "direct lx", "floor: mean", "floor: U0 "],
         );
         assert_says(&stderr(&output), &["64 walks in"]);
     }
@@ -330,7 +330,7 @@ fn illum_prints_a_table_for_each_group_and_writes_csv() {
         lines.next(),
         Some(
             "group,x_m,y_m,z_m,normal_x,normal_y,normal_z,illuminance_lx,half_width_95_lx,\
-             standard_error_lx,direct_lx,spoilt_samples,exact_lx,deviation_in_standard_errors"
+             standard_error_lx,direct_lx,spoilt_samples,exact_lx,deviation_in_standard_errors,behind"
         )
     );
     let groups: Vec<&str> = lines.filter_map(|l| l.split(',').next()).collect();
@@ -659,7 +659,10 @@ fn wrong_extension_is_refused_with_a_better_name() {
     let desk = Desk::with_room();
     desk.put("cube.obj", &cube(1.0));
     desk.refused(["render", "room.toml", "-o", "a.jpg"], &["a.jpg: ", "name it a.png"]);
-    desk.refused(["illum", "room.toml", "-o", "a.txt"], &["a.txt: ", "name it a.csv"]);
+    desk.refused(
+        ["illum", "room.toml", "-o", "a.txt"],
+        &["a.txt: ", "name a file .csv, .svg or .png"],
+    );
     desk.refused(["fit", "cube.obj", "-l", "2", "-o", "a.obj"], &["a.obj: ", "name it a.txt"]);
 }
 
@@ -719,11 +722,32 @@ fn camera_outside_the_room_or_inside_an_object_is_warned_of() {
 }
 
 #[test]
-fn hidden_sensors_are_warned_of() {
+fn hidden_sensors_are_warned_of_marked_and_do_not_count() {
     let desk = Desk::with_room();
     let define = "sensors.spots.points.at=[[1, 1, 0], [3, 3.5, 0.7], [9, 1, 0]]";
     let output = desk.done(["illum", "room.toml", "-D", define]);
     assert_says(&stderr(&output), &["warning: sensors `spots`: 1 of 3 are", "`crate`", "`room`"]);
+    let said = stdout(&output);
+    assert_says(
+        &said,
+        &["behind crate", "behind room", "spots: 1 of 3 sensors count, 2 are behind"],
+    );
+    // With one sensor left its uniformity is 1.
+    assert_says(&said, &["spots: U0 1.000 (1.000 to 1.000)"]);
+    let report = desk.json(["illum", "room.toml", "-D", define]);
+    let behind: Vec<_> =
+        report["rows"].as_array().expect("rows").iter().map(|r| &r["behind"]).collect();
+    assert_eq!(behind[3..], [&Value::Null, &Value::from("crate"), &Value::from("room")]);
+    assert_eq!(report["groups"][1]["behind"], 2);
+    // Where all are hidden the run ends by itself, and says so.
+    let dark =
+        desk.text("room.toml").replace("at = [[1, 1, 0], [3, 1, 0]]", "at = [[3, 3.5, 0.7]]");
+    let dark = dark
+        .replace("[sensors.floor.grid]\non = \"room.z_min\"\nborder = 0.5\ncount = [3, 1]\n", "");
+    desk.put("dark.toml", &dark);
+    let stop = "illum.stop={ relative_error = 0.01 }";
+    let output = desk.done(["illum", "dark.toml", "-D", stop]);
+    assert_says(&stderr(&output), &["no light came to any of them"]);
 }
 
 #[test]

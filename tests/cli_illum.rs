@@ -141,6 +141,8 @@ fn probe_answers_line_by_line() {
     let rows: Value =
         serde_json::from_str(said.split("\n64 walks").next().unwrap_or("")).expect("JSON");
     assert!(code == 0 && rows["rows"][0]["direct_lx"] == 4.0, "{said}");
+    let (code, said) = desk.probe(&[], "# nothing\n");
+    assert!(code == 0 && said.starts_with("nothing is asked"), "{said}");
     let (code, said) = desk.probe(&["-I"], "0 0 0  0 0 1\n0 0 zero\n");
     assert!(code == 3 && said.contains("stdin:2: "), "{said}");
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use harmolux::estimators::{
-    GroupSummary, SensorEstimator, SensorSettings, Survey, Weighting, illuminance,
+    Ending, GroupSummary, SensorEstimator, SensorSettings, Survey, Weighting, illuminance,
 };
 use harmolux::io::scene_file::{IllumEstimator, IllumSpec, RequireSpec, SceneFile, SensorSpec};
 use harmolux::io::tables::{Cell, Table};
@@ -89,7 +89,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     for path in &verb.output {
         say::note(&format!("written {}", path.display()));
     }
-    let code = code(survey.ending, settings.stop, survey.worst(), "largest 95 % half width");
+    let code = code(survey.ending, settings.stop, reached(&survey), "largest 95 % half width");
     let met = |group: &Group| group.judged.iter().all(|j| j.verdict == Verdict::Met);
     let all_met = groups.iter().all(|group| met(group) && group.comparisons().all(|c| c.agrees));
     Ok(if code == Code::Done && !all_met { Code::NotMet } else { code })
@@ -111,12 +111,25 @@ fn check_plots(verb: &Illum, file: &SceneFile) -> Result<()> {
     Ok(())
 }
 
+/// Gives the error that a survey has reached: none, with a warning, when no light came anywhere.
+pub(crate) fn reached(survey: &Survey) -> Option<f64> {
+    let worst = survey.worst();
+    if worst.is_none() {
+        say::warning(
+            "no light came to any of them; see whether lamps and sensors are where they should be",
+        );
+    }
+    worst.or((survey.ending == Ending::Error).then_some(0.0))
+}
+
 /// A group of sensors with what was measured and required there.
 pub(crate) struct Group<'a> {
     pub(crate) name: &'a str,
     pub(crate) sensors: &'a [Sensor],
     pub(crate) results: &'a [Measured],
-    /// `None` without sensors.
+    /// For each sensor the object behind which it is; these do not count in what follows.
+    pub(crate) behind: &'a [Option<String>],
+    /// `None` without sensors that count.
     pub(crate) summary: Option<GroupSummary>,
     pub(crate) judged: Vec<Judged>,
     /// What the sensors are known to receive, lx.
@@ -155,12 +168,16 @@ fn groups<'a>(
     let group = |(group, known): (&'a SensorGroup, Option<Vec<f64>>)| {
         let range = start..start + group.sensors.len();
         start = range.end;
-        let summary = GroupSummary::of(&survey.replicates[range.clone()]);
+        let replicates = survey.replicates[range.clone()].iter().zip(&group.behind);
+        let counting: Vec<_> =
+            replicates.filter(|(_, behind)| behind.is_none()).map(|(r, _)| *r).collect();
+        let summary = GroupSummary::of(&counting);
         let required = require.get(&group.name).zip(summary.as_ref());
         Group {
             name: &group.name,
             sensors: &group.sensors,
             results: &survey.results[range],
+            behind: &group.behind,
             summary,
             judged: required.map_or(Vec::new(), |(require, summary)| judge(require, summary)),
             known,
@@ -198,13 +215,14 @@ fn columns() -> Table {
         "spoilt_samples",
         "exact_lx",
         "deviation_in_standard_errors",
+        "behind",
     ])
 }
 
 fn fill(table: &mut Table, groups: &[Group]) {
     for group in groups {
         let mut comparisons = group.comparisons();
-        for (sensor, r) in group.sensors.iter().zip(group.results) {
+        for ((sensor, r), behind) in group.sensors.iter().zip(group.results).zip(group.behind) {
             let [x, y, z] = sensor.at.to_array();
             let [nx, ny, nz] = sensor.normal.to_array();
             let numbers = [
@@ -223,7 +241,8 @@ fn fill(table: &mut Table, groups: &[Group]) {
             let cells = cells.chain(numbers.map(Cell::Number)).chain([Cell::Whole(r.spoilt)]);
             let comparison = comparisons.next();
             let exact = comparison.as_ref().map(|c| c.exact).into();
-            table.push(cells.chain([exact, comparison.map(|c| c.deviation).into()]));
+            let deviation = comparison.map(|c| c.deviation).into();
+            table.push(cells.chain([exact, deviation, behind.clone().into()]));
         }
     }
 }

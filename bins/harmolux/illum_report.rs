@@ -15,8 +15,20 @@ use super::{progress, say};
 
 /// Prints the values of a group, what they come to, and whether that is enough.
 pub(crate) fn group(group: &Group) {
-    let Some(summary) = &group.summary else { return };
+    if group.sensors.is_empty() {
+        return;
+    }
     say::data(&values(group).to_string());
+    let hidden = group.behind.iter().flatten().count();
+    if hidden > 0 {
+        say::data(&format!(
+            "{}: {} of {} sensors count, {hidden} are behind an object",
+            group.name,
+            group.sensors.len() - hidden,
+            group.sensors.len()
+        ));
+    }
+    let Some(summary) = &group.summary else { return say::data("") };
     let named = [("mean", summary.mean), ("least", summary.least), ("largest", summary.largest)];
     for (name, bracket) in named {
         say::data(&format!("{}: {name} {} lx", group.name, text(&bracket)));
@@ -53,14 +65,19 @@ fn values(group: &Group) -> TextTable {
         header.extend(["exact lx", "off by s.e.", "agrees"]);
     }
     let mut table = say::table(&header);
-    for (i, (sensor, r)) in group.sensors.iter().zip(group.results).enumerate() {
+    let sensors = group.sensors.iter().zip(group.results).zip(group.behind);
+    for (i, ((sensor, r), behind)) in sensors.enumerate() {
         let number = |x: f64| say::significant(x, 4);
+        let illuminance = match behind {
+            None => number(r.total.mean),
+            Some(object) => format!("behind {object}"),
+        };
         let mut row = vec![
             (i + 1).to_string(),
             number(sensor.at.x),
             number(sensor.at.y),
             number(sensor.at.z),
-            number(r.total.mean),
+            illuminance,
             say::significant(r.total.half_width(0.05), 2),
             number(r.direct.mean),
         ];
@@ -155,7 +172,9 @@ pub(crate) fn json(table: &Table, groups: &[Group], survey: &Survey) -> Result<S
 
 fn of_group(group: &Group) -> Value {
     let bracket = |b: &Bracket| json!({ "value": b.value, "low_95": b.low, "high_95": b.high });
-    let mut value = json!({ "group": group.name, "sensors": group.sensors.len() });
+    let hidden = group.behind.iter().flatten().count();
+    let mut value =
+        json!({ "group": group.name, "sensors": group.sensors.len(), "behind": hidden });
     if let Some(summary) = &group.summary {
         value["mean_lx"] = bracket(&summary.mean);
         value["least_lx"] = bracket(&summary.least);

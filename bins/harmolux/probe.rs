@@ -4,17 +4,17 @@ use std::io::Read;
 use std::path::Path;
 
 use clap::Args;
-use harmolux::estimators::{Survey, illuminance, luminance};
+use harmolux::estimators::{illuminance, luminance};
 use harmolux::io::rays;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::math::Ray;
-use harmolux::scene::Sensor;
+use harmolux::scene::{Measured, Sensor};
 use harmolux::{Error, Result};
 
 use super::arguments::SceneArguments;
 use super::exit::Code;
 use super::fit::about;
-use super::illum::settings;
+use super::illum::{reached, settings};
 use super::progress::Meter;
 use super::render::{code, load_scene, read_scene};
 use super::{illum_report, interrupt, say};
@@ -37,9 +37,16 @@ pub(crate) struct Probe {
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
-    let file = read_scene(&verb.common)?;
+    let mut file = read_scene(&verb.common)?;
+    // Nobody asks for them here.
+    file.sensors.clear();
     let loaded = load_scene(&file)?;
     let asked = read_stdin()?;
+    if asked.is_empty() {
+        say::note("nothing is asked: stdin holds no line of x y z dx dy dz");
+        report(verb, &[], as_json)?;
+        return Ok(Code::Done);
+    }
     let settings = settings(&file.illum, &loaded.scene, &verb.common);
     interrupt::listen();
     let meter = Meter::start("measuring", "largest 95 % half width");
@@ -54,17 +61,22 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     }
     .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
-    if as_json {
-        let table = table(&survey, if verb.illuminance { "lx" } else { "cd_m2" });
-        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
-    } else {
-        for r in &survey.results {
-            let half_width = say::significant(r.total.half_width(0.05), 2);
-            say::data(&format!("{}\t{half_width}", say::significant(r.total.mean, 7)));
-        }
-    }
+    report(verb, &survey.results, as_json)?;
     illum_report::run(&survey);
-    Ok(code(survey.ending, settings.stop, survey.worst(), "largest 95 % half width"))
+    Ok(code(survey.ending, settings.stop, reached(&survey), "largest 95 % half width"))
+}
+
+fn report(verb: &Probe, results: &[Measured], as_json: bool) -> Result<()> {
+    if as_json {
+        let table = table(results, if verb.illuminance { "lx" } else { "cd_m2" });
+        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
+        return Ok(());
+    }
+    for r in results {
+        let half_width = say::significant(r.total.half_width(0.05), 2);
+        say::data(&format!("{}\t{half_width}", say::significant(r.total.mean, 7)));
+    }
+    Ok(())
 }
 
 fn read_stdin() -> Result<Vec<(glam::DVec3, glam::DVec3)>> {
@@ -74,11 +86,11 @@ fn read_stdin() -> Result<Vec<(glam::DVec3, glam::DVec3)>> {
     rays::parse(path, &text)
 }
 
-fn table(survey: &Survey, unit: &str) -> Table {
+fn table(results: &[Measured], unit: &str) -> Table {
     let names = ["value", "half_width_95", "standard_error", "direct"];
     let header = names.map(|name| format!("{name}_{unit}"));
     let mut table = Table::new(header.into_iter().chain(["spoilt_samples".to_owned()]));
-    for r in &survey.results {
+    for r in results {
         let numbers =
             [r.total.mean, r.total.half_width(0.05), r.total.standard_error, r.direct.mean];
         table.push(numbers.map(Cell::Number).into_iter().chain([Cell::Whole(r.spoilt)]));

@@ -70,6 +70,8 @@ const GATHER: u64 = 12;
 /// Walks per replicate of the first round, and the most that are held in memory together.
 const FIRST_ROUND: u64 = 4;
 const LARGEST_BLOCK: u64 = 256;
+/// After how many walks a survey without any light counts as exact.
+const ENOUGH_IN_THE_DARK: u64 = 1 << 20;
 /// How many walks are connected to a sensor at a time: some hundred rays.
 const CONNECTED_TOGETHER: usize = 64;
 
@@ -138,7 +140,10 @@ fn survey(
         done += block;
         let walks = done * REPLICATES as u64;
         let doubled = done == target;
-        let reached = doubled && control.meets_target(largest_half_width(&points, &sums, done));
+        // Where nothing has got any light after so many walks, nothing is waited for.
+        let error = largest_half_width(&points, &sums, done);
+        let error = error.or_else(|| (walks >= ENOUGH_IN_THE_DARK).then_some(0.0));
+        let reached = doubled && control.meets_target(error);
         let broken = control.report(walks, observer) == ControlFlow::Break(());
         if reached {
             break Ending::Error;

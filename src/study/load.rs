@@ -1,5 +1,6 @@
 //! From a scene file to a scene: surfaces are built, meshes fitted, sensors laid out, and what cannot be meant is said.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -44,6 +45,8 @@ pub struct SensorGroup {
     pub name: String,
     /// The sensors.
     pub sensors: Vec<Sensor>,
+    /// For each sensor the object behind whose surface it is: outside the room, or inside the object. Such a sensor gets no light.
+    pub behind: Vec<Option<String>>,
 }
 
 /// Names a fitted object.
@@ -110,8 +113,8 @@ pub fn load_seen(file: &SceneFile, camera: Option<&Perspective>) -> Result<Loade
     let named = |b: &Built| Some(DetailedObject { name: b.object.name.clone(), detail: b.detail? });
     let details = built.iter().filter_map(named).collect();
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
-    let sensors = sensors(file, &scene)?;
-    warnings.extend(misplaced_sensors(&sensors, &solids));
+    let sensors = sensors(file, &scene, &solids)?;
+    warnings.extend(misplaced_sensors(&sensors));
     let preparation = shared.preparation();
     Ok(Loaded { scene, sensors, fits, details, preparation, warnings })
 }
@@ -332,7 +335,7 @@ fn misplaced_cameras(file: &SceneFile, solids: &[Solid]) -> Vec<String> {
     .collect()
 }
 
-fn sensors(file: &SceneFile, scene: &Scene) -> Result<Vec<SensorGroup>> {
+fn sensors(file: &SceneFile, scene: &Scene, solids: &[Solid]) -> Result<Vec<SensorGroup>> {
     let too_many = |name: &str, what: &str, count: f64| {
         let message = format!(
             "the {what} `{name}` would have {count:.3e} sensors, more than {}",
@@ -352,11 +355,22 @@ fn sensors(file: &SceneFile, scene: &Scene) -> Result<Vec<SensorGroup>> {
     };
     file.sensors
         .iter()
-        .map(|(name, spec)| Ok(SensorGroup { name: name.clone(), sensors: lay_out(name, spec)? }))
+        .map(|(name, spec)| {
+            let sensors = lay_out(name, spec)?;
+            let behind = sensors.iter().map(|sensor| behind(sensor, solids)).collect();
+            Ok(SensorGroup { name: name.clone(), sensors, behind })
+        })
         .collect()
 }
 
-fn misplaced_sensors(groups: &[SensorGroup], solids: &[Solid]) -> Vec<String> {
+/// Names the object behind whose surface a sensor is.
+fn behind(sensor: &Sensor, solids: &[Solid]) -> Option<String> {
+    // A sensor on a wall is judged by a point just before it.
+    let before = sensor.at + 1e-6 * sensor.at.length().max(1.0) * sensor.normal;
+    solids.iter().find(|solid| solid.is_behind(before)).map(|solid| solid.name().to_owned())
+}
+
+fn misplaced_sensors(groups: &[SensorGroup]) -> Vec<String> {
     let mut warnings = Vec::new();
     for group in groups {
         if group.sensors.is_empty() {
@@ -365,19 +379,17 @@ fn misplaced_sensors(groups: &[SensorGroup], solids: &[Solid]) -> Vec<String> {
                 group.name
             ));
         }
-        // A sensor on a wall is judged by a point just before it.
-        let before = |s: &Sensor| s.at + 1e-6 * s.at.length().max(1.0) * s.normal;
-        for solid in solids {
-            let hidden = group.sensors.iter().filter(|s| solid.is_behind(before(s))).count();
-            if hidden > 0 {
-                warnings.push(format!(
-                    "sensors `{}`: {hidden} of {} are outside the room, or inside the object, `{}` and get no light",
-                    group.name,
-                    group.sensors.len(),
-                    solid.name()
-                ));
-            }
+        let mut hidden = BTreeMap::<&str, usize>::new();
+        for object in group.behind.iter().flatten() {
+            *hidden.entry(object).or_default() += 1;
         }
+        warnings.extend(hidden.iter().map(|(object, count)| {
+            format!(
+                "sensors `{}`: {count} of {} are outside the room, or inside the object, `{object}` and get no light",
+                group.name,
+                group.sensors.len(),
+            )
+        }));
     }
     warnings
 }
