@@ -5,6 +5,7 @@
 
 mod cube;
 mod discs;
+mod glazing;
 mod ranges;
 
 pub mod cie171;
@@ -14,4 +15,5 @@ pub mod sobolev;
 
 pub use cube::{Cube, CubeLight};
 pub use discs::SobolevDiscs;
+pub use glazing::Pane;
 pub use sobolev::{Plane, SobolevProblem};
