@@ -11,8 +11,8 @@ use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
 use super::repairs::Repairs;
 use super::{
-    check, convert, diff, fit, illum, info, mean, mesh, probe, random, render, spectrum, sweep,
-    transform,
+    check, convert, diff, exact, fit, illum, info, mean, mesh, probe, random, render, spectrum,
+    sweep, transform,
 };
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
@@ -34,6 +34,7 @@ Examples:
   harmolux render data/scenes/head_room.toml             a picture: head_room.png and head_room.exr
   harmolux illum data/scenes/head_room.toml              lux at the scene's sensors, each with its interval
   harmolux probe data/scenes/head_room.toml < rays.txt   cd/m2 along rays, a line each
+  harmolux exact sobolev                                 light whose answer is known: two planes
   harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
@@ -50,6 +51,7 @@ pub(crate) enum Verb {
     Render(render::Render),
     Illum(illum::Illum),
     Probe(probe::Probe),
+    Exact(exact::Exact),
     Check(check::Check),
     Fit(fit::Fit),
     Info(info::Info),
@@ -220,6 +222,14 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     numbers.try_into().map_err(|_| wrong())
 }
 
+/// Reads a value of the command line: two numbers, or one for both.
+pub(crate) fn pair(text: &str) -> Result<[f64; 2], String> {
+    numbers::<1>(text)
+        .map(|[both]| [both; 2])
+        .or_else(|_| numbers(text))
+        .map_err(|_| "write one number for both, or two with a comma between them".to_owned())
+}
+
 /// Numbers by name, as written: sigma=0.2,nu=3.3.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Settings(Vec<(String, f64)>);
@@ -328,6 +338,9 @@ mod tests {
         );
         assert!(tolerance("0").is_err() && tolerance("mm").is_err());
         assert!(point("1,2").is_err() && point("1,2,nan").is_err());
+        assert_eq!(pair("0.5"), Ok([0.5; 2]));
+        assert_eq!(pair("0.8, 0.3"), Ok([0.8, 0.3]));
+        assert!(pair("").is_err() && pair("1,2,3").is_err() && pair("half").is_err());
         assert_eq!(numbers("1,-2e3"), Ok([1.0, -2e3]));
         assert!(numbers::<2>("1,,2").is_err() && numbers::<0>("").is_err());
     }

@@ -6,6 +6,7 @@ mod convert;
 mod convert_mesh;
 mod detail_report;
 mod diff;
+mod exact;
 mod exit;
 mod fit;
 mod fit_many;
@@ -46,6 +47,7 @@ fn main() -> ExitCode {
         Verb::Render(verb) => render::run(verb, arguments.json),
         Verb::Illum(verb) => illum::run(verb, arguments.json),
         Verb::Probe(verb) => probe::run(verb, arguments.json),
+        Verb::Exact(verb) => exact::run(verb, arguments.json),
         Verb::Check(verb) => check::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),
