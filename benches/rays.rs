@@ -83,7 +83,7 @@ fn hall(heads: usize) -> Scene {
     let grey = Material::lambert(Rgb::grey(0.5)).expect("valid");
     let walls = AxisBox::new(DVec3::ZERO, DVec3::new(32.0, 32.0, 4.0)).expect("valid");
     let head = Arc::new(body(16, Intersector::default()));
-    let mut objects = vec![Object::new("hall", walls.turned_inward(true), grey)];
+    let mut objects = vec![Object::new("hall", walls.turned_inward(true), grey.clone())];
     objects.extend((0..heads).map(|i| {
         // Three times its size, a head reaches 0.42 m at most; neighbours stand at different heights.
         let at = DVec3::new((i % 31) as f64, (i / 31 % 31) as f64, 0.25 * (i % 7) as f64) + 0.75;

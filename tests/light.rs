@@ -14,7 +14,9 @@ use harmolux::estimators::{
 use harmolux::exact::{Cube, Plane as SobolevPlane, SobolevProblem};
 use harmolux::math::stats::Estimate;
 use harmolux::math::{Randomness, Ray, Rgb};
-use harmolux::scene::{Distribution, Film, Measure, Object, PointLight, Scene, Sensor};
+use harmolux::scene::{
+    Distribution, Film, Glossy, Material, Measure, Object, PointLight, Scene, Sensor,
+};
 use harmolux::surface::MeshSurface;
 use harmolux::surface::primitives::{Plane, Sphere};
 
@@ -101,6 +103,88 @@ fn furnace_with_an_sh_object() {
     check_furnace(sh_object);
 }
 
+/// A body that absorbs and emits nothing.
+fn lossless_object(surface: Glossy) -> Object {
+    let body = placed(bumpy(), DVec3::new(2.0, 2.5, 1.2), 0.7);
+    Object::new("lossless", body, Material::glossy(surface))
+}
+
+fn white() -> Rgb {
+    Rgb::grey(1.0 - 1e-9)
+}
+
+#[test]
+fn furnace_with_a_rough_metal() {
+    check_furnace(|_| lossless_object(Glossy::metal(white(), 0.5).expect("valid")));
+}
+
+#[test]
+fn furnace_with_a_coat() {
+    check_furnace(|_| lossless_object(Glossy::coated(white(), 1.5, 0.3).expect("valid")));
+}
+
+#[test]
+fn glossy_bodies_look_and_light_the_same_by_both_estimators() {
+    let gold = Glossy::metal(Rgb([0.9, 0.7, 0.4]), 0.35).expect("valid");
+    let glaze = Glossy::coated(Rgb([0.2, 0.3, 0.6]), 1.5, 0.2).expect("valid");
+    let body = placed(bumpy(), DVec3::new(1.3, 2.5, 1.0), 0.7);
+    let ball = Sphere::new(DVec3::new(2.9, 3.0, 0.9), 0.6).expect("valid");
+    let varnish = Material::glossy(Glossy::coated(Rgb::grey(0.4), 1.5, 0.4).expect("valid"));
+    let walls = [grey(0.5), grey(0.5), grey(0.5), grey(0.5), varnish, grey(0.7)];
+    let objects = vec![
+        room(DVec3::new(4.0, 5.0, 3.0), &walls),
+        Object::new("gold", body, Material::glossy(gold)),
+        Object::new("glazed", ball, Material::glossy(glaze)),
+    ];
+    let lamp = PointLight::isotropic("lamp", DVec3::new(2.0, 1.5, 2.5), Rgb::grey(100.0));
+    let scene = Scene::new(objects, vec![lamp]).expect("a valid scene");
+    let local = Weighting::of(&scene);
+    let points = [
+        Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(2.1, 2.6, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(0.0, 2.5, 1.0), DVec3::X),
+        Sensor::plane(DVec3::new(0.01, 0.01, 0.0), DVec3::Z),
+    ];
+    let survey = |estimator, walks| {
+        illuminance(&scene, &points, &sensors(estimator, walks), &go_on).expect("runs").results
+    };
+    let by_walks = survey(SensorEstimator::Local(local), 16_384);
+    let by_paths = survey(SensorEstimator::Path, 65_536);
+    for (i, (a, b)) in by_walks.iter().zip(&by_paths).enumerate() {
+        let (a, b) = (a.total, b.total);
+        assert!(a.agrees_with(b.mean, b.standard_error, points.len()), "{i}: {a:?} {b:?}");
+        assert!(a.relative_error().hypot(b.relative_error()) <= 0.015, "{i}: {a:?} {b:?}");
+    }
+    let view = camera(DVec3::new(2.0, 0.4, 1.6), DVec3::new(2.0, 2.8, 0.9), [32, 24]);
+    let film = |estimator, walks| {
+        render(&scene, &view, &image(estimator, walks), &go_on).expect("renders").film
+    };
+    let by_walks = film(Estimator::DoubleLocal(local), 512);
+    let by_paths = film(Estimator::Path, 2048);
+    assert_alike(&by_walks, &by_paths);
+}
+
+/// Judges each pixel of two films against the other's, and their means.
+fn assert_alike(one: &Film, other: &Film) {
+    let pixels = |film: &Film| -> Vec<Estimate> {
+        let values = film.image().into_iter().zip(film.standard_errors());
+        let estimate = |(c, standard_error): (Rgb, f64)| Estimate {
+            mean: c.luminance(),
+            standard_error,
+            replicates: film.replicates(),
+        };
+        values.map(estimate).collect()
+    };
+    let pairs = pixels(one).into_iter().zip(pixels(other));
+    let n = one.size()[0] * one.size()[1];
+    for (i, (a, b)) in pairs.enumerate() {
+        assert!(a.agrees_with(b.mean, b.standard_error, n), "pixel {i}: {a:?} against {b:?}");
+    }
+    let (a, b) = (one.mean(), other.mean());
+    assert!((a.0 - b.0).abs() <= 4.0 * a.1.hypot(b.1), "means {a:?} and {b:?}");
+    assert!(a.1.hypot(b.1) <= 0.01 * a.0, "too noisy to say anything: {a:?} {b:?}");
+}
+
 fn sobolev() -> (Scene, SobolevProblem) {
     let plane = |z: f64, n: DVec3| Plane::new(z * DVec3::Z, n).expect("valid");
     let object = |name: &str, surface: Plane| Object {
@@ -154,10 +238,12 @@ fn cylinders_measure_what_their_formulas_say() {
     });
     let size = DVec3::new(4.0, 5.0, 3.0);
     // A furnace of luminance 30: pi L whatever is lit.
-    let glow = Scene::new(vec![room(size, &[furnace(0.5, 30.0); 6])], Vec::new()).expect("valid");
+    let glow = Scene::new(vec![room(size, &[(); 6].map(|()| furnace(0.5, 30.0)))], Vec::new())
+        .expect("valid");
     // A lamp 2 m towards +y and 1 m up: E = I sin / (pi d^2), and twice that of the half that faces it.
     let lamp = PointLight::isotropic("lamp", at + DVec3::new(0.0, 2.0, 1.0), Rgb::grey(100.0));
-    let lit = Scene::new(vec![room(size, &[grey(0.6); 6])], vec![lamp]).expect("valid");
+    let lit =
+        Scene::new(vec![room(size, &[(); 6].map(|()| grey(0.6)))], vec![lamp]).expect("valid");
     let direct = 100.0 * (2.0 / 5.0_f64.sqrt()) / (PI * 5.0);
     let estimators = [SensorEstimator::Local(Weighting::of(&lit)), SensorEstimator::Path];
     let survey = |scene: &Scene, estimator| {
@@ -208,7 +294,7 @@ fn spots_and_flat_lamps_shed_the_light_of_their_intensity() {
     for distribution in [spot, Distribution::Lambert { axis }] {
         let intensity = Rgb::grey(100.0);
         let lamp = PointLight { name: "lamp".into(), at, intensity, distribution };
-        let walls = room(DVec3::new(4.0, 5.0, 3.0), &[grey(0.6); 6]);
+        let walls = room(DVec3::new(4.0, 5.0, 3.0), &[(); 6].map(|()| grey(0.6)));
         let scene = Scene::new(vec![walls], vec![lamp]).expect("valid");
         let survey = |estimator, walks| {
             illuminance(&scene, &points, &sensors(estimator, walks), &go_on).expect("runs").results
@@ -229,7 +315,7 @@ fn spots_and_flat_lamps_shed_the_light_of_their_intensity() {
 #[test]
 fn cube_of_cie_171_at_seven_floor_points() {
     let half = 2.0;
-    let cube = room(DVec3::splat(2.0 * half), &[grey(0.5); 6]);
+    let cube = room(DVec3::splat(2.0 * half), &[(); 6].map(|()| grey(0.5)));
     let intensity = Rgb::grey(10_000.0 / (4.0 * PI));
     let lamp = PointLight::isotropic("lamp", DVec3::splat(half), intensity);
     let scene = Scene::new(vec![cube], vec![lamp]).expect("valid");
@@ -279,7 +365,7 @@ fn error_falls_with_the_number_of_walks() {
 
 #[test]
 fn bounded_kernel_tames_the_corner_without_bias() {
-    let cube = room(DVec3::splat(2.0), &[grey(0.5); 6]);
+    let cube = room(DVec3::splat(2.0), &[(); 6].map(|()| grey(0.5)));
     let lamp = PointLight::isotropic("lamp", DVec3::ONE, Rgb::grey(100.0));
     let scene = Scene::new(vec![cube], vec![lamp]).expect("valid");
     let corner = [Sensor::plane(DVec3::new(0.01, 0.01, 0.0), DVec3::Z)];
@@ -355,7 +441,8 @@ fn runs_end_on_error_walks_time_and_interruption() {
 
 #[test]
 fn a_scene_without_light_is_refused() {
-    let scene = Scene::new(vec![room(DVec3::ONE, &[grey(0.5); 6])], vec![]).expect("valid");
+    let scene =
+        Scene::new(vec![room(DVec3::ONE, &[(); 6].map(|()| grey(0.5)))], vec![]).expect("valid");
     let refused = illuminance(&scene, &[], &sensors(SensorEstimator::Path, 32), &go_on);
     assert!(refused.is_err_and(|e| e.to_string().contains("no light")));
 }
@@ -375,17 +462,5 @@ fn double_local_estimate_and_path_tracing_give_the_same_head_room() {
     };
     let local = film(Estimator::DoubleLocal(Weighting::of(&loaded.scene)), 256);
     let path = film(Estimator::Path, 2048);
-    let n = 32 * 24;
-    let pixels = |film: &Film| -> Vec<Estimate> {
-        let values = film.image().into_iter().zip(film.standard_errors());
-        values
-            .map(|(c, se)| Estimate { mean: c.luminance(), standard_error: se, replicates: 32 })
-            .collect()
-    };
-    for (i, (a, b)) in pixels(&local).iter().zip(pixels(&path)).enumerate() {
-        assert!(a.agrees_with(b.mean, b.standard_error, n), "pixel {i}: {a:?} against {b:?}");
-    }
-    let (a, b) = (local.mean(), path.mean());
-    assert!((a.0 - b.0).abs() <= 4.0 * a.1.hypot(b.1), "means {a:?} and {b:?}");
-    assert!(a.1.hypot(b.1) <= 0.01 * a.0, "too noisy to say anything: {a:?} {b:?}");
+    assert_alike(&local, &path);
 }

@@ -1,10 +1,12 @@
 //! The core of the local estimates: what the nodes of a walk contribute to a receiver.
 //!
-//! A receiver answers light from a direction by W(omega); sensors and pixels differ in nothing else ([`Receiver`]). A node y of a walk contributes Q f(y) G V W/cos (eq. 5, 11), where G = P cos' / d^2, with the
-//! receiver's projection P, is singular at
-//! d = 0. A weighting leaves the share c(G) of that to the connection and the rest 1 - c to a ray that gathers from the receiver (Kollig and Keller, 2004):
-//! it finds y' and adds (1 - c) W/pdf [direct light at y' + the same walk's nodes seen from y'], recursively. Both together are unbiased for
-//! every c; a bounded c G makes the variance finite.
+//! A receiver answers light from a direction by W(omega); sensors and pixels differ in nothing else ([`Receiver`]). A node y of a walk contributes
+//! Q f(y) W V cos' / d^2 (eq. 5, 11), which is singular at d = 0. A weighting leaves the share c of that to the connection and the rest 1 - c to a ray that
+//! gathers from the receiver (Kollig and Keller, 2004): it finds y' and adds (1 - c) W/pdf [direct light at y' + the same walk's nodes seen from y'],
+//! recursively. Both together are unbiased for every c.
+//!
+//! What c depends on is K = pi pdf cos' / d^2, pi times the density per area with which the gathering ray finds y: the kernel G = cos cos' / d^2 for a sensor
+//! or a diffuse surface, more in the highlights of a glossy one. With c K s bounded, s = [`Brdf::peak`](crate::scene::Brdf::peak) at y, the variance is finite.
 //!
 //! Many estimates are made together, level of the recursion after level, so that rays come by batches: first the shadow rays of all
 //! connections of the level, then its gathering rays; what they find are the estimates of the next level, which are added to those they
@@ -21,14 +23,14 @@ use super::direct;
 use super::receiver::Receiver;
 use super::walk::{Launcher, Node};
 
-/// Divides light between connections to walks (share c) and gathering rays (share 1 - c), as a function of G in 1/m2.
+/// Divides light between connections to walks (share c) and gathering rays (share 1 - c), as a function of the kernel K in 1/m2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Weighting {
     /// The paper's plain estimate: all by connection, c = 1; its variance is unbounded near edges.
     Walk,
-    /// The bounded kernel, c = min(1, b/G).
+    /// The bounded kernel, c = min(1, b / (K s)), s the peak of the reflection there.
     Bounded {
-        /// The largest G that is connected in full, 1/m2.
+        /// The largest K s that is connected in full, 1/m2.
         bound: f64,
     },
 }
@@ -40,27 +42,31 @@ impl Weighting {
     }
 
     /// Gives the share of the connection to a hit of a walk.
-    fn share(&self, g: f64) -> f64 {
+    fn share(&self, kernel: f64, peak: f64) -> f64 {
         match *self {
             Self::Walk => 1.0,
-            Self::Bounded { bound } => (bound / g).min(1.0),
+            Self::Bounded { bound } => (bound / (kernel * peak)).min(1.0),
         }
     }
 
-    /// Gives the share of the connection to a walk's start, which has a known density: the balance heuristic between that density and the cosine
-    /// density of the gathering ray, c = pi p / (pi p + G).
-    fn start_share(&self, g: f64, density: f64) -> f64 {
+    /// Gives the share of the connection to a walk's start, which has a known density p: the balance heuristic between that and the density of the
+    /// gathering ray, c = pi p / (pi p + K).
+    fn start_share(&self, kernel: f64, density: f64) -> f64 {
         match self {
             Self::Walk => 1.0,
-            Self::Bounded { .. } => PI * density / (PI * density + g),
+            Self::Bounded { .. } => PI * density / (PI * density + kernel),
         }
     }
 
-    /// Tells how far a gathering ray can find a hit to which the connection leaves anything.
-    fn reach(&self) -> f64 {
+    /// Tells how far a gathering ray can find anything that the connection leaves to it: emission at any distance, diffuse reflection only where the kernel is
+    /// cut.
+    fn reach(&self, scene: &Scene) -> f64 {
         match self {
             Self::Walk => 0.0,
-            Self::Bounded { bound } => bound.sqrt().recip(),
+            Self::Bounded { bound } if scene.emitters().is_empty() && scene.is_diffuse() => {
+                bound.sqrt().recip()
+            }
+            Self::Bounded { .. } => f64::INFINITY,
         }
     }
 }
@@ -195,7 +201,7 @@ impl<'a> Connector<'a> {
         }
     }
 
-    /// Gives the light that an unhindered connection to a node carries, its share of Q f G V W / cos, and the ray on which nothing may stand;
+    /// Gives the light that an unhindered connection to a node carries, its share of Q f W V cos' / d^2, and the ray on which nothing may stand;
     /// `None` where there is no such light.
     fn connection(&self, receiver: &Receiver, node: &Node) -> Option<(Ray, Rgb)> {
         let to_node = node.vertex.hit.point - receiver.hit.point;
@@ -209,13 +215,14 @@ impl<'a> Connector<'a> {
         if cos <= 0.0 || response.is_black() {
             return None;
         }
-        let g = cos * receiver.projection(direction) / distance2;
+        let kernel = PI * receiver.density(direction) * cos / distance2;
         let (leaving, share) = if let Some(density) = node.start_density {
-            (Rgb::grey(1.0 / PI), self.weighting.start_share(g, density))
+            (Rgb::grey(1.0 / PI), self.weighting.start_share(kernel, density))
         } else {
-            let vertex = &node.vertex;
-            let leaving = vertex.brdf().eval(vertex.normal, vertex.outgoing, -direction);
-            (leaving, self.weighting.share(g))
+            let Vertex { normal, outgoing, .. } = node.vertex;
+            let brdf = node.vertex.brdf();
+            let peak = brdf.peak(normal, -direction);
+            (brdf.eval(normal, outgoing, -direction), self.weighting.share(kernel, peak))
         };
         if leaving.is_black() {
             return None;
@@ -229,9 +236,7 @@ impl<'a> Connector<'a> {
         if self.weighting == Weighting::Walk {
             return;
         }
-        // Emission is gathered from any distance, reflection only from where the bounded kernel cuts.
-        let reach =
-            if self.scene.emitters().is_empty() { self.weighting.reach() } else { f64::INFINITY };
+        let reach = self.weighting.reach(self.scene);
         batch.rays.clear();
         batch.gathered.clear();
         for to in level {
@@ -259,21 +264,22 @@ impl<'a> Connector<'a> {
         gathered: &Gathered,
         vertex: &Vertex<'a>,
     ) -> Option<Estimate<'a>> {
-        let BrdfSample { direction, weight, .. } = gathered.sample;
+        let BrdfSample { weight, density, .. } = gathered.sample;
         let cos = vertex.normal.dot(vertex.outgoing);
         if cos <= 0.0 {
             return None;
         }
         let to_vertex = vertex.hit.point - from.receiver.hit.point;
-        let g = cos * from.receiver.projection(direction) / to_vertex.length_squared();
+        let kernel = PI * density * cos / to_vertex.length_squared();
         let emitted = vertex.emitted();
         if !emitted.is_black() {
-            let share = self.weighting.start_share(g, self.launcher.start_density(vertex));
+            let share = self.weighting.start_share(kernel, self.launcher.start_density(vertex));
             from.light.direct += weight * emitted * (1.0 - share);
         }
-        let rest = 1.0 - self.weighting.share(g);
+        let peak = vertex.brdf().peak(vertex.normal, vertex.outgoing);
+        let rest = 1.0 - self.weighting.share(kernel, peak);
         // Roulette on what the vertex can return at most ends the recursion without bias.
-        let survival = (rest * vertex.brdf().albedo().luminance()).min(1.0);
+        let survival = (rest * vertex.albedo()).min(1.0);
         (survival > 0.0 && gathered.roulette < survival).then(|| {
             let share = rest / survival;
             let beyond = Beyond { of: gathered.to, weight, share, point_lights: Rgb::BLACK };
@@ -327,8 +333,8 @@ mod tests {
         let ball =
             |x: f64, radius: f64| Sphere::new(DVec3::new(x, 2.0, 1.0), radius).expect("valid");
         let objects = vec![
-            Object::new("room", walls.turned_inward(true), grey),
-            Object::new("shining", ball(1.0, 0.3), grey.emitting(Rgb::grey(100.0))),
+            Object::new("room", walls.turned_inward(true), grey.clone()),
+            Object::new("shining", ball(1.0, 0.3), grey.clone().emitting(Rgb::grey(100.0))),
             Object::new("dark", ball(3.0, 0.5), grey),
         ];
         let at = DVec3::new(2.0, 4.0, 2.5);

@@ -46,7 +46,7 @@ impl<'a> PathTracer<'a> {
             let met = throughput * self.met_emitter(&here, &vertex, &sample);
             *(if reflected { &mut light.indirect } else { &mut light.direct }) += met;
             reflected = true;
-            let survival = vertex.brdf().albedo().luminance().min(1.0);
+            let survival = vertex.albedo().min(1.0);
             if roulette >= survival {
                 return light;
             }

@@ -65,9 +65,8 @@ impl<'a> Receiver<'a> {
         }
     }
 
-    /// Gives the part of W that is known without a reflection or a side to face: pi times the density of [`Receiver::sample`]. Not above 0 from where
-    /// nothing is received.
-    pub(super) fn projection(&self, direction: DVec3) -> f64 {
+    /// Gives the part of W that is known without a reflection or a side to face. Not above 0 from where nothing is received.
+    fn projection(&self, direction: DVec3) -> f64 {
         let cos = self.normal.dot(direction);
         match self.response {
             Response::Plane | Response::Reflection(..) => cos,
@@ -102,7 +101,7 @@ impl<'a> Receiver<'a> {
         match self.response {
             Response::Plane => sampling::cosine_pdf(self.normal.dot(direction)),
             Response::Cylinder | Response::SemiCylinder(_) => self.projection(direction) / PI,
-            Response::Reflection(brdf, _) => brdf.density(self.normal, direction),
+            Response::Reflection(brdf, outgoing) => brdf.density(self.normal, direction, outgoing),
         }
     }
 

@@ -1,14 +1,17 @@
 //! How a surface reflects and emits: evaluation, sampling and density always as a set.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use crate::math::{Frame, Rgb, sampling};
 use crate::{Error, Result};
 
+use super::glossy::Glossy;
+
 /// Pairs a reflection with a Lambertian emission.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// The bidirectional reflectance distribution function, the same on both sides.
     pub brdf: Brdf,
@@ -18,13 +21,15 @@ pub struct Material {
 
 /// A bidirectional reflectance distribution function, 1/sr. Directions point away from the surface; the normal is on the side of
 /// `outgoing`, so nothing passes through.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Brdf {
     /// Diffuse reflection: f = reflectance / pi.
     Lambert {
         /// The reflected share of the incident flux, 0 <= reflectance < 1 per component.
         reflectance: Rgb,
     },
+    /// Glossy reflection, of a metal or of a coat above a diffuse base.
+    Glossy(Arc<Glossy>),
 }
 
 /// Holds a sampled direction of reflection.
@@ -44,13 +49,13 @@ impl Material {
     /// # Errors
     /// [`Error::Parameter`] when a component of the reflectance is outside [0, 1).
     pub fn lambert(reflectance: Rgb) -> Result<Self> {
-        if reflectance.0.iter().all(|r| (0.0..1.0).contains(r)) {
-            return Ok(Self { brdf: Brdf::Lambert { reflectance }, exitance: Rgb::BLACK });
-        }
-        Err(Error::Parameter(format!(
-            "a reflectance must be at least 0 and below 1, found {:?}; with 1 light would never be absorbed",
-            reflectance.0
-        )))
+        check_reflectance(reflectance)?;
+        Ok(Self { brdf: Brdf::Lambert { reflectance }, exitance: Rgb::BLACK })
+    }
+
+    /// Makes a glossy material that does not emit.
+    pub fn glossy(surface: Glossy) -> Self {
+        Self { brdf: Brdf::Glossy(Arc::new(surface)), exitance: Rgb::BLACK }
     }
 
     /// Adds an exitance, lm/m2.
@@ -58,6 +63,17 @@ impl Material {
         self.exitance = exitance;
         self
     }
+}
+
+/// Refuses what reflects less than nothing or all.
+pub(super) fn check_reflectance(reflectance: Rgb) -> Result<()> {
+    if reflectance.0.iter().all(|r| (0.0..1.0).contains(r)) {
+        return Ok(());
+    }
+    Err(Error::Parameter(format!(
+        "a reflectance must be at least 0 and below 1, found {:?}; with 1 light would never be absorbed",
+        reflectance.0
+    )))
 }
 
 impl Brdf {
@@ -68,36 +84,69 @@ impl Brdf {
         }
         match self {
             Self::Lambert { reflectance } => *reflectance / PI,
+            Self::Glossy(surface) => {
+                let frame = Frame::about(normal);
+                surface.eval(frame.to_local(incident), frame.to_local(outgoing))
+            }
         }
     }
 
-    /// Samples where light that leaves to `outgoing` came from (or goes on to: f is reciprocal).
+    /// Samples where light that leaves to `outgoing` came from (or goes on to: f is reciprocal). `None` where the sample is absorbed.
     pub fn sample(&self, normal: DVec3, outgoing: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
-        let local = sampling::cosine_hemisphere(u);
-        let direction = Frame::about(normal).to_world(local);
-        if local.z <= 0.0 || outgoing.dot(normal) <= 0.0 {
+        if outgoing.dot(normal) <= 0.0 {
             return None;
         }
+        let frame = Frame::about(normal);
         match self {
-            Self::Lambert { reflectance } => Some(BrdfSample {
-                direction,
-                weight: *reflectance,
-                density: sampling::cosine_pdf(local.z),
-            }),
+            Self::Lambert { reflectance } => {
+                let local = sampling::cosine_hemisphere(u);
+                (local.z > 0.0).then(|| BrdfSample {
+                    direction: frame.to_world(local),
+                    weight: *reflectance,
+                    density: sampling::cosine_pdf(local.z),
+                })
+            }
+            Self::Glossy(surface) => {
+                let outgoing = frame.to_local(outgoing);
+                let incident = surface.sample(outgoing, u)?;
+                let density = surface.density(incident, outgoing);
+                let weight = surface.eval(incident, outgoing) * (incident.z / density);
+                Some(BrdfSample { direction: frame.to_world(incident), weight, density })
+            }
         }
     }
 
     /// Gives the density per steradian with which [`Brdf::sample`] picks `incident`.
-    pub fn density(&self, normal: DVec3, incident: DVec3) -> f64 {
+    pub fn density(&self, normal: DVec3, incident: DVec3, outgoing: DVec3) -> f64 {
         match self {
             Self::Lambert { .. } => sampling::cosine_pdf(incident.dot(normal)),
+            Self::Glossy(surface) => {
+                if incident.dot(normal) <= 0.0 || outgoing.dot(normal) <= 0.0 {
+                    return 0.0;
+                }
+                let frame = Frame::about(normal);
+                surface.density(frame.to_local(incident), frame.to_local(outgoing))
+            }
         }
     }
 
-    /// Gives the reflected share of the flux.
-    pub fn albedo(&self) -> Rgb {
+    /// Gives the reflected part, 0 to 1, of the luminance of white light that leaves to `outgoing` (or comes from there).
+    pub fn albedo(&self, normal: DVec3, outgoing: DVec3) -> f64 {
         match self {
-            Self::Lambert { reflectance } => *reflectance,
+            Self::Lambert { reflectance } => reflectance.luminance(),
+            Self::Glossy(surface) => surface.albedo(outgoing.dot(normal)),
+        }
+    }
+
+    /// Gives how many times more luminance goes to `outgoing` than a perfect diffuser would send, when light comes from the mirrored direction; not
+    /// below 1. Where it is large, connections to walks vary much.
+    pub fn peak(&self, normal: DVec3, outgoing: DVec3) -> f64 {
+        match self {
+            Self::Lambert { .. } => 1.0,
+            Self::Glossy(_) => {
+                let mirrored = 2.0 * outgoing.dot(normal) * normal - outgoing;
+                (PI * self.eval(normal, mirrored, outgoing).luminance()).max(1.0)
+            }
         }
     }
 }
@@ -122,7 +171,7 @@ mod tests {
             let s = brdf.sample(n, wo, u).expect("above the surface");
             let expected = brdf.eval(n, s.direction, wo) * (s.direction.dot(n) / s.density);
             assert!((s.weight.luminance() - expected.luminance()).abs() <= 1e-12);
-            assert!((s.density - brdf.density(n, s.direction)).abs() <= 1e-12);
+            assert!((s.density - brdf.density(n, s.direction, wo)).abs() <= 1e-12);
         }
     }
 

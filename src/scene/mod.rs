@@ -2,6 +2,7 @@
 
 mod camera;
 mod film;
+mod glossy;
 mod index;
 mod light;
 mod material;
@@ -11,6 +12,7 @@ mod world;
 
 pub use camera::Perspective;
 pub use film::{Film, MAX_PIXELS, Pixel};
+pub use glossy::{Glossy, SMOOTHEST};
 pub use light::{Distribution, PointLight};
 pub use material::{Brdf, BrdfSample, Material};
 pub use object::{Emitter, Object};

@@ -19,6 +19,7 @@ pub struct Scene {
     lights: Vec<PointLight>,
     emitters: Vec<Emitter>,
     area: f64,
+    diffuse: bool,
 }
 
 /// Describes a point of the scene where a path turns: the refined hit, whose it is, and the side it is seen from.
@@ -50,6 +51,11 @@ impl Vertex<'_> {
     pub fn brdf(&self) -> &Brdf {
         &self.material.brdf
     }
+
+    /// Gives the part of the luminance of white light, 0 to 1, that is reflected there towards `outgoing`.
+    pub fn albedo(&self) -> f64 {
+        self.material.brdf.albedo(self.normal, self.outgoing)
+    }
 }
 
 impl Scene {
@@ -68,8 +74,10 @@ impl Scene {
             }
         }
         let area = objects.iter().filter_map(|o| o.area.as_ref()).map(|a| a.area()).sum();
+        let mut materials = objects.iter().flat_map(|o| &o.materials);
+        let diffuse = materials.all(|m| matches!(m.brdf, Brdf::Lambert { .. }));
         let index = Index::new(&objects);
-        Ok(Self { objects, index, lights, emitters, area })
+        Ok(Self { objects, index, lights, emitters, area, diffuse })
     }
 
     /// Gives the objects in the order of the scene file.
@@ -85,6 +93,11 @@ impl Scene {
     /// Gives the objects that emit.
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
+    }
+
+    /// Tells whether all surfaces reflect diffusely.
+    pub fn is_diffuse(&self) -> bool {
+        self.diffuse
     }
 
     /// Gives the total area of the bounded surfaces, m2.

@@ -16,7 +16,9 @@ use crate::io::scene_file::{
     ObjectSpec, PlacementSpec, PointsSpec, SceneFile, SensorSpec, ShSpec, Strength,
 };
 use crate::math::Placement;
-use crate::scene::{Distribution, Material, Object, Perspective, PointLight, Scene, Sensor};
+use crate::scene::{
+    Distribution, Glossy, Material, Object, Perspective, PointLight, Scene, Sensor,
+};
 use crate::sh::Coefficients;
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
 use crate::surface::{Instance, Intersector, SampleArea, StepBisection, Surface};
@@ -133,6 +135,14 @@ fn material(file: &SceneFile, name: &str) -> Result<Material> {
     match file.materials.get(name) {
         Some(MaterialSpec::Lambert(spec)) => {
             Ok(Material::lambert(spec.reflectance)?.emitting(spec.exitance))
+        }
+        Some(MaterialSpec::Metal(spec)) => {
+            let surface = Glossy::metal(spec.reflectance, spec.roughness)?;
+            Ok(Material::glossy(surface).emitting(spec.exitance))
+        }
+        Some(MaterialSpec::Coated(spec)) => {
+            let surface = Glossy::coated(spec.reflectance, spec.index, spec.roughness)?;
+            Ok(Material::glossy(surface).emitting(spec.exitance))
         }
         None => Err(Error::Parameter(format!("unknown material `{name}`"))),
     }

@@ -33,7 +33,7 @@ pub fn furnace(reflectance: f64, l0: f64) -> Material {
 /// A closed room with one material for each of its six faces.
 pub fn room(size: DVec3, materials: &[Material; 6]) -> Object {
     let walls = AxisBox::new(DVec3::ZERO, size).expect("a valid box").turned_inward(true);
-    Object { materials: materials.to_vec(), ..Object::new("room", walls, materials[0]) }
+    Object { materials: materials.to_vec(), ..Object::new("room", walls, materials[0].clone()) }
 }
 
 /// A bumpy body of degree 12 and mean radius 1.

@@ -34,7 +34,7 @@ use toml::de::{DeTable, Deserializer, ValueDeserializer};
 pub use camera::{CameraSpec, PerspectiveSpec};
 pub use compare::CompareSpec;
 pub use light::{DistributionSpec, LightSpec, Strength};
-pub use material::{LambertSpec, MaterialSpec};
+pub use material::{CoatedSpec, LambertSpec, MaterialSpec, MetalSpec};
 pub use object::{
     BoxFace, BoxSpec, DiscSpec, FileRef, Intersector, MeshSpec, ObjectSpec, PlaneSpec,
     RectangleSpec, ShSpec, SphereSpec,
