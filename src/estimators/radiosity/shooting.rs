@@ -22,8 +22,8 @@ pub(super) struct Solution {
     pub(super) ending: Ending,
 }
 
-/// Patches nearer to each other than this many lengths (roots of the larger area) exchange light by several points.
-const NEAR: f64 = 4.0;
+/// Patches nearer to each other than this many times the longer of their diagonals exchange light by several points.
+const NEAR: f64 = 3.0;
 /// Receiving patches per batch of shadow rays.
 const TOGETHER: usize = 64;
 /// How many form factors are kept for the next time their patch shoots: 1 GiB. What is not kept is computed again.
@@ -226,5 +226,11 @@ fn arriving(scene: &Scene, patches: &Patches, from: usize, to: std::ops::Range<u
 
 fn are_near(a: &Facet, b: &Facet) -> bool {
     let distance2 = a.middle.point.distance_squared(b.middle.point);
-    distance2 < NEAR * NEAR * a.area.max(b.area)
+    distance2 < NEAR * NEAR * diagonal2(a).max(diagonal2(b))
+}
+
+/// Gives the square of the longer diagonal, m2.
+fn diagonal2(facet: &Facet) -> f64 {
+    let [a, b, c, d] = facet.corners;
+    a.distance_squared(c).max(b.distance_squared(d))
 }

@@ -57,8 +57,7 @@ fn cube_errors(reflectance: f64, patches: usize) -> Vec<f64> {
     let sensors = ON_FLOOR.map(|[x, y]| Sensor::plane(DVec3::new(x, y, -2.0), DVec3::Z));
     let survey = survey(&cube(reflectance), &sensors, patches);
     let exchange = survey.radiosity.expect("told");
-    eprintln!("cube {reflectance} {patches}: {exchange:?} {:?}", survey.elapsed);
-    assert!((exchange.absorbed + exchange.unshot - 1.0).abs() <= 0.02, "{exchange:?}");
+    assert!((exchange.absorbed + exchange.unshot - 1.0).abs() <= 2e-3, "{exchange:?}");
     let error = |(r, [x, y]): (&Measured, &[f64; 2])| {
         r.total.mean / exact.illuminance(*x, *y).expect("on the floor") - 1.0
     };
@@ -67,36 +66,48 @@ fn cube_errors(reflectance: f64, patches: usize) -> Vec<f64> {
 
 #[test]
 fn cube_of_cie_171() {
-    for reflectance in [0.5, 0.8] {
-        for n in [150, 600, 2400] {
-            eprintln!("{:.6?}", cube_errors(reflectance, n));
-        }
+    // The mean over all surfaces is exact to the share that is absorbed, and the error falls with the patches: fivefold and more from 150 to 2400 (sixteen times as many)
+    // away from edges. 1 and 14 cm from two walls (the last two points) patches of 40 and 20 cm cannot follow the light.
+    for (reflectance, coarse, middle) in [(0.5, 6e-3, 2e-3), (0.8, 7e-3, 2.5e-3)] {
+        let by = |patches| cube_errors(reflectance, patches);
+        let (few, more) = (by(150), by(600));
+        assert!(few[..5].iter().all(|e| e.abs() <= coarse), "{few:?}");
+        assert!(more[..5].iter().all(|e| e.abs() <= middle), "{more:?}");
+        assert!(more[5..].iter().all(|e| (0.0..=0.09).contains(e)), "{more:?}");
     }
+}
+
+/// Case A of Sobolev's problem with discs of this radius, and the radii at which it is looked at.
+fn discs(radius: f64) -> Scene {
+    let disc = |z: f64, n: DVec3| Disc::new(z * DVec3::Z, n, radius).expect("valid");
+    let objects = vec![
+        Object::new("floor", disc(0.0, DVec3::Z), grey(0.5)),
+        Object::new("ceiling", disc(1.0, DVec3::NEG_Z), grey(0.5)),
+    ];
+    let lamp = PointLight::isotropic("lamp", DVec3::new(0.0, 0.0, 0.5), Rgb::WHITE);
+    Scene::new(objects, vec![lamp]).expect("valid")
+}
+
+const RADII: [f64; 5] = [0.0, 0.5, 1.0, 2.0, 3.0];
+
+/// The largest error over that in the middle, and the error of the absorbed share.
+fn disc_errors(radius: f64, patches: usize) -> [f64; 2] {
+    let exact = SobolevProblem::default().discs(radius).expect("solves");
+    let sensors = RADII.map(|r| Sensor::plane(DVec3::new(r, 0.0, 0.0), DVec3::Z));
+    let survey = survey(&discs(radius), &sensors, patches);
+    let known = |r: f64| exact.illuminance(ExactPlane::Lower, r).expect("inside");
+    let errors = RADII.iter().zip(&survey.results).map(|(r, e)| (e.total.mean - known(*r)).abs());
+    let largest = errors.fold(0.0, f64::max) / known(0.0);
+    let absorbed = survey.radiosity.expect("told").absorbed;
+    [largest, absorbed - (1.0 - exact.escaped_flux() / (4.0 * PI))]
 }
 
 #[test]
 fn sobolev_discs() {
-    for radius in [5.0, 10.0, 20.0] {
-        let exact = SobolevProblem::default().discs(radius).expect("solves");
-        let disc = |z: f64, n: DVec3| Disc::new(z * DVec3::Z, n, radius).expect("valid");
-        let objects = vec![
-            Object::new("floor", disc(0.0, DVec3::Z), grey(0.5)),
-            Object::new("ceiling", disc(1.0, DVec3::NEG_Z), grey(0.5)),
-        ];
-        let lamp = PointLight::isotropic("lamp", DVec3::new(0.0, 0.0, 0.5), Rgb::WHITE);
-        let scene = Scene::new(objects, vec![lamp]).expect("valid");
-        let radii = [0.0, 0.25, 0.5, 1.0, 2.0, 3.0];
-        let sensors = radii.map(|r| Sensor::plane(DVec3::new(r, 0.0, 0.0), DVec3::Z));
-        for n in [200, 500, 2000, 8000] {
-            let survey = survey(&scene, &sensors, n);
-            let errors: Vec<f64> = radii
-                .iter()
-                .zip(&survey.results)
-                .map(|(r, found)| {
-                    found.total.mean - exact.illuminance(ExactPlane::Lower, *r).expect("inside")
-                })
-                .collect();
-            eprintln!("R {radius} {n}: {:?} {:?} {errors:.6?}", survey.radiosity, survey.elapsed);
+    for (radius, errors) in [(5.0, [2e-3, 8e-4]), (10.0, [2.5e-3, 9e-4]), (20.0, [3.5e-3, 1e-3])] {
+        let found = [200, 500].map(|n| disc_errors(radius, n));
+        for ([largest, absorbed], bound) in found.iter().zip(errors) {
+            assert!(*largest <= bound && absorbed.abs() <= 5e-3, "{radius} {found:?}");
         }
     }
 }
@@ -104,20 +115,113 @@ fn sobolev_discs() {
 #[test]
 fn concentric_spheres() {
     // Reference, section 2: R1 / R2 = 0.5, only the inner one emits.
-    for n in [200, 800, 3200] {
-        let ball = |radius| Sphere::new(DVec3::ONE, radius).expect("valid");
-        let objects = vec![
-            Object::new("inner", ball(1.0), grey(0.4).emitting(Rgb::WHITE)),
-            Object::new("outer", ball(2.0).turned_inward(true), grey(0.7)),
-        ];
-        let scene = Scene::new(objects, Vec::new()).expect("valid");
-        let along = DVec3::new(0.48, 0.6, 0.64);
-        let sensors = [
-            Sensor::plane(DVec3::ONE + along, along),
-            Sensor::plane(DVec3::ONE + 2.0 * along, -along),
-        ];
-        let survey = survey(&scene, &sensors, n);
-        let found: Vec<f64> = survey.results.iter().map(|r| r.total.mean).collect();
-        eprintln!("spheres {n} {found:?} exact 0.4320987654 0.6172839506 {:?}", survey.radiosity);
+    let exact = [0.432_098_765_4, 0.617_283_950_6];
+    let ball = |radius| Sphere::new(DVec3::ONE, radius).expect("valid");
+    let objects = vec![
+        Object::new("inner", ball(1.0), grey(0.4).emitting(Rgb::WHITE)),
+        Object::new("outer", ball(2.0).turned_inward(true), grey(0.7)),
+    ];
+    let scene = Scene::new(objects, Vec::new()).expect("valid");
+    let along = DVec3::new(0.48, 0.6, 0.64);
+    let sensors =
+        [Sensor::plane(DVec3::ONE + along, along), Sensor::plane(DVec3::ONE + 2.0 * along, -along)];
+    let errors = |patches| {
+        let survey = survey(&scene, &sensors, patches);
+        let errors = survey.results.iter().zip(exact);
+        let worst = errors.map(|(r, exact)| (r.total.mean / exact - 1.0).abs()).fold(0.0, f64::max);
+        worst
+    };
+    // A hollow patch does not see itself, which loses light in proportion to its size squared.
+    let (few, more) = (errors(200), errors(800));
+    assert!(few <= 0.05 && more <= 0.02, "{few} {more}");
+}
+
+#[test]
+fn furnace_of_boxes_tables_and_meshes() {
+    // All emit pi L0 (1 - rho): E = pi L0 on both sides of the table, around the cube, in free space, and for a cylinder.
+    let furnace = |rho: f64| grey(rho).emitting(Rgb::grey(PI * (1.0 - rho)));
+    let walls = AxisBox::new(DVec3::ZERO, DVec3::new(4.0, 5.0, 3.0)).expect("valid");
+    let cube = MeshSurface::new(mesh_shapes::cube().translated(DVec3::new(2.5, 3.0, 0.5)));
+    let objects = vec![
+        Object::new("room", walls.turned_inward(true), furnace(0.5)),
+        Object::new("cube", cube.expect("valid"), furnace(0.3)),
+    ];
+    let scene = Scene::new(objects, Vec::new()).expect("valid");
+    let sensor = |at: DVec3, normal, measure| Sensor { at, normal, measure };
+    let sensors = [
+        sensor(DVec3::new(1.0, 1.0, 0.0), DVec3::Z, Measure::Plane),
+        sensor(DVec3::new(2.5, 3.5, 1.0), DVec3::NEG_X, Measure::Plane),
+        sensor(DVec3::new(1.2, 3.0, 1.1), DVec3::new(0.6, 0.0, -0.8), Measure::Plane),
+        sensor(DVec3::new(1.2, 3.0, 1.1), DVec3::Z, Measure::Cylinder),
+        sensor(DVec3::new(1.2, 3.0, 1.1), DVec3::Z, Measure::SemiCylinder { facing: DVec3::X }),
+    ];
+    let found = survey(&scene, &sensors, 800);
+    for r in &found.results {
+        assert!((r.total.mean / PI - 1.0).abs() <= 0.02, "{r:?}");
+        assert!(r.total.standard_error.is_nan() && r.total.half_width(0.05).is_nan());
     }
+    let go_on = |_: &_| ControlFlow::Continue(());
+    let ray = Ray::new(DVec3::ONE, DVec3::X);
+    let seen = luminance(&scene, &[ray], &settings(800), &go_on).expect("runs");
+    assert!((seen.results[0].total.mean - 1.0).abs() <= 0.02, "{:?}", seen.results);
+}
+
+#[test]
+fn tables_cast_shadows_and_reflect_below() {
+    // A lamp over a table: no light straight below it, and some that the floor and then its underside reflect.
+    let plate = |corner: DVec3, side: f64| {
+        Rectangle::new(corner, side * DVec3::X, side * DVec3::Y).expect("valid")
+    };
+    let objects = vec![
+        Object::new("floor", plate(DVec3::new(-2.0, -2.0, 0.0), 4.0), grey(0.5)),
+        Object::new("table", plate(DVec3::new(-0.5, -0.5, 1.0), 1.0), grey(0.5)),
+    ];
+    let lamp = PointLight::isotropic("lamp", DVec3::new(0.0, 0.0, 2.0), Rgb::grey(100.0));
+    let scene = Scene::new(objects, vec![lamp]).expect("valid");
+    let sensors = [
+        Sensor::plane(DVec3::ZERO, DVec3::Z),
+        Sensor::plane(DVec3::new(1.5, 0.0, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(0.0, 0.0, 1.0), DVec3::Z),
+    ];
+    let [below, beside, above]: [Measured; 3] =
+        survey(&scene, &sensors, 1000).results.try_into().expect("three");
+    assert!(below.direct.mean == 0.0 && below.total.mean > 0.01, "{below:?}");
+    assert!((beside.direct.mean - 200.0 / 6.25_f64.powf(1.5)).abs() <= 1e-9, "{beside:?}");
+    // Nothing reflects onto its upper side.
+    assert_eq!((above.direct.mean, above.total.mean), (100.0, 100.0));
+}
+
+#[test]
+fn what_cannot_be_meshed_or_set_is_refused() {
+    let plane = Plane::new(DVec3::ZERO, DVec3::Z).expect("valid");
+    let floor = Object {
+        name: "floor".into(),
+        surface: std::sync::Arc::new(plane),
+        area: None,
+        materials: vec![grey(0.5)],
+    };
+    let lamp = || PointLight::isotropic("lamp", DVec3::Z, Rgb::WHITE);
+    let scene = Scene::new(vec![floor], vec![lamp()]).expect("valid");
+    let said = refusal(&scene, 100);
+    assert!(said.contains("`floor` is infinite") && said.contains("disc or a rectangle"), "{said}");
+    for count in [0, MAX_PATCHES + 1] {
+        assert!(refusal(&cube(0.5), count).contains("from 1 to 100000"));
+    }
+    for tolerance in [0.0, 1.0, f64::NAN] {
+        assert!(RadiositySettings { tolerance, ..Default::default() }.check().is_err());
+    }
+    let dark = Scene::new(Vec::new(), Vec::new()).expect("valid");
+    assert!(refusal(&dark, 100).contains("no light"));
+    // Nothing to light but the sensors.
+    let empty = Scene::new(Vec::new(), vec![lamp()]).expect("valid");
+    let found = survey(&empty, &[Sensor::plane(DVec3::ZERO, DVec3::Z)], 100);
+    assert_eq!(found.results[0].total.mean, 1.0);
+}
+
+#[test]
+fn an_interrupted_exchange_says_so() {
+    let stop = |_: &_| ControlFlow::Break(());
+    let survey = illuminance(&cube(0.5), &[], &settings(150), &stop).expect("runs");
+    assert_eq!(survey.ending, Ending::Interrupted);
+    assert!(survey.radiosity.is_some_and(|e| e.unshot > 0.1 && e.shots == 0), "{survey:?}");
 }
