@@ -271,7 +271,9 @@ impl Run<'_> {
             SensorEstimator::Radiosity(_) => {}
             SensorEstimator::Photon { .. } => {
                 let Some(counter) = &self.counters[sensor] else { return };
-                walks.iter().for_each(|walk| add(counter.count(walk)));
+                for walk in walks {
+                    add(counter.count(walk));
+                }
             }
             SensorEstimator::Local(weighting) => {
                 let connector = Connector::new(self.scene, self.launcher, weighting);

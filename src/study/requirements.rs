@@ -45,10 +45,8 @@ pub fn judge(require: &RequireSpec, summary: &GroupSummary) -> Vec<Judged> {
 }
 
 fn verdict(limit: Limit, found: Bracket) -> Verdict {
-    let (low, high) = match found.has_interval() {
-        true => (found.low, found.high),
-        false => (found.value, found.value),
-    };
+    let (low, high) =
+        if found.has_interval() { (found.low, found.high) } else { (found.value, found.value) };
     let (met, refuted) = match limit {
         Limit::AtLeast(limit) => (low >= limit, high < limit),
         Limit::AtMost(limit) => (high <= limit, low > limit),

@@ -53,19 +53,15 @@ pub(super) fn gather(
 
 /// Gives what a receiver gets from one side of an unhindered facet of radiosity 1.
 fn response(facet: &Facet, sign: f64, receiver: &Receiver) -> Rgb {
-    match receiver.cosine() {
-        Some((normal, weight)) => {
-            let factor = contour::factor(&facet.corners, receiver.hit.point, normal);
-            weight * (sign * factor).max(0.0)
-        }
-        None => {
-            let mut corners = facet.corners;
-            if sign < 0.0 {
-                corners.reverse();
-            }
-            Rgb::grey(contour::response(&corners, receiver))
-        }
+    if let Some((normal, weight)) = receiver.cosine() {
+        let factor = contour::factor(&facet.corners, receiver.hit.point, normal);
+        return weight * (sign * factor).max(0.0);
     }
+    let mut corners = facet.corners;
+    if sign < 0.0 {
+        corners.reverse();
+    }
+    Rgb::grey(contour::response(&corners, receiver))
 }
 
 /// Gives the rays to those points of a facet that face the receiver and that it receives light from.

@@ -54,7 +54,7 @@ impl Patches {
 
     /// Gives the exitance of a side, lm/m2.
     pub(super) fn exitance(&self, side: usize) -> Rgb {
-        if side % 2 == 0 { self.exitance[side / 2] } else { Rgb::BLACK }
+        if side.is_multiple_of(2) { self.exitance[side / 2] } else { Rgb::BLACK }
     }
 
     /// Counts the sides.
@@ -65,7 +65,7 @@ impl Patches {
 
 /// Gives 1 on the side of the normal, -1 on the other.
 pub(super) fn sign(side: usize) -> f64 {
-    if side % 2 == 0 { 1.0 } else { -1.0 }
+    if side.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
 /// Gives a point of `facet` that can see, and be seen on that side by, what looks from `from` with `normal` up: the first of its points from the given one

@@ -176,7 +176,9 @@ fn row(scene: &Scene, patches: &Patches, from: usize) -> Row {
         row.iter().map(|(to, f)| f64::from(*f) * patches.facet(*to as usize).area).sum();
     let had = patches.facet(from).area;
     if given > had {
-        row.iter_mut().for_each(|(_, f)| *f *= (had / given) as f32);
+        for (_, factor) in &mut row {
+            *factor *= (had / given) as f32;
+        }
     }
     row
 }

@@ -128,8 +128,7 @@ fn concentric_spheres() {
     let errors = |patches| {
         let survey = survey(&scene, &sensors, patches);
         let errors = survey.results.iter().zip(exact);
-        let worst = errors.map(|(r, exact)| (r.total.mean / exact - 1.0).abs()).fold(0.0, f64::max);
-        worst
+        errors.map(|(r, exact)| (r.total.mean / exact - 1.0).abs()).fold(0.0, f64::max)
     };
     // A hollow patch does not see itself, which loses light in proportion to its size squared.
     let (few, more) = (errors(200), errors(800));
