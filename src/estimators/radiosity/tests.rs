@@ -7,7 +7,6 @@ use glam::DVec3;
 
 use super::*;
 use crate::estimators::{Ending, SensorEstimator, SensorSettings, illuminance, luminance};
-use crate::exact::{Cube, Plane as ExactPlane, SobolevProblem};
 use crate::math::{Randomness, Ray};
 use crate::scene::{Material, Measure, Object, PointLight, Sensor};
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
@@ -51,25 +50,27 @@ fn cube(reflectance: f64) -> Scene {
 const ON_FLOOR: [[f64; 2]; 7] =
     [[0.0, 0.0], [0.5, 0.5], [1.0, 0.0], [1.0, 1.0], [1.5, 1.5], [1.9, 1.9], [1.99, 1.99]];
 
+/// What `exact::Cube` gives there, lx.
+const HALF: [f64; 7] = [310.981, 278.103, 253.230, 216.074, 161.07, 119.38, 106.45];
+const FOUR_FIFTHS: [f64; 7] = [629.90, 596.55, 571.37, 531.78, 467.32, 402.14, 370.92];
+
 /// The relative errors at seven points of the floor.
-fn cube_errors(reflectance: f64, patches: usize) -> Vec<f64> {
-    let exact = Cube { edge: 4.0, flux: 10_000.0, reflectance }.solve().expect("solves");
+fn cube_errors(reflectance: f64, exact: [f64; 7], patches: usize) -> Vec<f64> {
     let sensors = ON_FLOOR.map(|[x, y]| Sensor::plane(DVec3::new(x, y, -2.0), DVec3::Z));
     let survey = survey(&cube(reflectance), &sensors, patches);
     let exchange = survey.radiosity.expect("told");
     assert!((exchange.absorbed + exchange.unshot - 1.0).abs() <= 2e-3, "{exchange:?}");
-    let error = |(r, [x, y]): (&Measured, &[f64; 2])| {
-        r.total.mean / exact.illuminance(*x, *y).expect("on the floor") - 1.0
-    };
-    survey.results.iter().zip(&ON_FLOOR).map(error).collect()
+    survey.results.iter().zip(exact).map(|(r, exact)| r.total.mean / exact - 1.0).collect()
 }
 
 #[test]
 fn cube_of_cie_171() {
     // The mean over all surfaces is exact to the share that is absorbed, and the error falls with the patches: fivefold and more from 150 to 2400 (sixteen times as many)
     // away from edges. 1 and 14 cm from two walls (the last two points) patches of 40 and 20 cm cannot follow the light.
-    for (reflectance, coarse, middle) in [(0.5, 6e-3, 2e-3), (0.8, 7e-3, 2.5e-3)] {
-        let by = |patches| cube_errors(reflectance, patches);
+    for (reflectance, exact, coarse, middle) in
+        [(0.5, HALF, 6e-3, 2e-3), (0.8, FOUR_FIFTHS, 7e-3, 2.5e-3)]
+    {
+        let by = |patches| cube_errors(reflectance, exact, patches);
         let (few, more) = (by(150), by(600));
         assert!(few[..5].iter().all(|e| e.abs() <= coarse), "{few:?}");
         assert!(more[..5].iter().all(|e| e.abs() <= middle), "{more:?}");
@@ -90,24 +91,27 @@ fn discs(radius: f64) -> Scene {
 
 const RADII: [f64; 5] = [0.0, 0.5, 1.0, 2.0, 3.0];
 
-/// The largest error over that in the middle, and the error of the absorbed share.
-fn disc_errors(radius: f64, patches: usize) -> [f64; 2] {
-    let exact = SobolevProblem::default().discs(radius).expect("solves");
-    let sensors = RADII.map(|r| Sensor::plane(DVec3::new(r, 0.0, 0.0), DVec3::Z));
-    let survey = survey(&discs(radius), &sensors, patches);
-    let known = |r: f64| exact.illuminance(ExactPlane::Lower, r).expect("inside");
-    let errors = RADII.iter().zip(&survey.results).map(|(r, e)| (e.total.mean - known(*r)).abs());
-    let largest = errors.fold(0.0, f64::max) / known(0.0);
-    let absorbed = survey.radiosity.expect("told").absorbed;
-    [largest, absorbed - (1.0 - exact.escaped_flux() / (4.0 * PI))]
-}
+/// What `exact::SobolevDiscs` gives there for discs of radius 5, 10 and 20, lx.
+const EXACT: [(f64, [f64; 5]); 3] = [
+    (5.0, [4.527_821_817_2, 1.859_975_153_0, 0.653_104_733_4, 0.166_052_397_1, 0.061_442_126_4]),
+    (10.0, [4.528_121_985_8, 1.860_282_481_3, 0.653_434_536_7, 0.166_489_196_3, 0.062_140_203_6]),
+    (20.0, [4.528_129_353_4, 1.860_289_908_0, 0.653_442_143_4, 0.166_497_572_0, 0.062_150_055_6]),
+];
 
 #[test]
 fn sobolev_discs() {
-    for (radius, errors) in [(5.0, [2e-3, 8e-4]), (10.0, [2.5e-3, 9e-4]), (20.0, [3.5e-3, 1e-3])] {
-        let found = [200, 500].map(|n| disc_errors(radius, n));
-        for ([largest, absorbed], bound) in found.iter().zip(errors) {
-            assert!(*largest <= bound && absorbed.abs() <= 5e-3, "{radius} {found:?}");
+    // The largest error over the value in the middle, by some 200 and 500 patches.
+    let bounds = [[2e-3, 8e-4], [2.5e-3, 9e-4], [3.5e-3, 1e-3]];
+    let sensors = RADII.map(|r| Sensor::plane(DVec3::new(r, 0.0, 0.0), DVec3::Z));
+    for ((radius, exact), bounds) in EXACT.into_iter().zip(bounds) {
+        for (patches, bound) in [200, 500].into_iter().zip(bounds) {
+            let found = survey(&discs(radius), &sensors, patches);
+            let errors = found.results.iter().zip(exact).map(|(r, e)| (r.total.mean - e).abs());
+            let largest = errors.fold(0.0, f64::max) / exact[0];
+            assert!(largest <= bound, "{radius} {patches}: {largest}");
+            // What does not escape between discs of radius 10 is absorbed, by their integral equation.
+            let absorbed = found.radiosity.expect("told").absorbed;
+            assert!(radius != 10.0 || (absorbed - 0.935_699).abs() <= 2e-3, "{absorbed}");
         }
     }
 }
