@@ -172,3 +172,91 @@ fn requirements_are_met_not_met_or_undecided() {
     let [low, high] = ["low_95", "high_95"].map(|end| group["mean_lx"][end].as_f64());
     assert!(low < high && low > Some(2.0), "{group}");
 }
+
+/// Sobolev's planes as discs of radius 5.
+fn discs(more: &str) -> Desk {
+    let plane = |name: &str, z: u8, to: i8| {
+        (
+            format!("[objects.{name}.plane]\npoint = [0, 0, {z}]\nnormal = [0, 0, {to}]\n"),
+            format!(
+                "[objects.{name}.disc]\ncentre = [0, 0, {z}]\nnormal = [0, 0, {to}]\nradius = 5\n"
+            ),
+        )
+    };
+    let pairs = [plane("floor", 0, 1), plane("ceiling", 1, -1)];
+    let text = pairs.iter().fold(PLANES.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    });
+    let desk = Desk::new("");
+    fs::write(desk.0.path().join("planes.toml"), format!("{text}{more}")).expect("written");
+    desk
+}
+
+#[test]
+fn radiosity_claims_no_error() {
+    let desk = discs("patches = 500\n[require]\nradius = { mean_min = 1, mean_max = 1.5 }\n");
+    let words = ["--estimator", "radiosity", "-D", "illum.stop.relative_error=0.01"];
+    let (code, said) = desk.illum(&words);
+    // 4 for what is required; a target error is no matter where none is known.
+    assert_eq!(code, 4, "{said}");
+    assert!(said.contains("| 4.525 |  -     |") || said.contains("- |"), "{said}");
+    assert!(said.contains("mean >= 1: met by the value, whose error is not known"), "{said}");
+    assert!(said.contains("mean <= 1.5: NOT MET by the value"), "{said}");
+    assert!(said.contains("radiosity gives no error") && said.contains("506 patches"), "{said}");
+    assert!(!said.contains("target not met") && !said.contains("NaN"), "{said}");
+    let report = desk.json(&words);
+    // The exact value for discs of radius 5 at the foot of the source.
+    let row = &report["rows"][0];
+    let found = row["illuminance_lx"].as_f64().expect("a number");
+    assert!((found - 4.527_821_817_2).abs() <= 5e-3, "{row}");
+    let unknown = ["half_width_95_lx", "standard_error_lx", "deviation_in_standard_errors"];
+    assert!(unknown.iter().all(|key| row[key].is_null()), "{row}");
+    let mean = &report["groups"][0]["mean_lx"];
+    assert!(mean["value"].is_number() && mean["low_95"].is_null(), "{mean}");
+    assert!(report["ending"] == "converged" && report["walks"].is_null(), "{report}");
+    assert_eq!(report["radiosity"]["patches"], 506);
+}
+
+#[test]
+fn known_values_stand_beside_radiosity_unjudged() {
+    let desk = discs("[compare]\nradius = [4.5278, 3.3672, 1.86, 1.05, 0.6531]\n");
+    let (code, said) = desk.illum(&["--estimator", "radiosity", "--quick"]);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("not judged against the exact values, as no error is known"), "{said}");
+}
+
+#[test]
+fn every_estimator_has_a_name_in_the_scene_and_on_the_command_line() {
+    for name in ["local", "path", "photon", "radiosity"] {
+        let (code, said) = discs("").illum(&["--estimator", name]);
+        assert_eq!(code, 0, "{name}: {said}");
+        let in_scene = format!("illum.estimator={name}");
+        assert_eq!(discs("").illum(&["-D", &in_scene]).0, 0, "{name}");
+    }
+    let (code, said) = discs("").illum(&["--estimator", "radiosty"]);
+    assert!(code == 2 && said.contains("radiosity"), "{said}");
+}
+
+#[test]
+fn what_a_baseline_cannot_do_is_said() {
+    let desk = Desk::new("");
+    let (code, said) = desk.illum(&["--estimator", "radiosity"]);
+    assert!(
+        code == 3 && said.contains("is infinite") && said.contains("disc or a rectangle"),
+        "{said}"
+    );
+    let (code, said) = desk.illum(&["--estimator", "photon"]);
+    assert!(code == 3 && said.contains("set `radius` in [illum]"), "{said}");
+    let (code, said) = desk.illum(&["--estimator", "photon", "-D", "illum.radius=0.1"]);
+    assert_eq!(code, 0, "{said}");
+    for (value, words) in [
+        ("illum.patches=0", "must be a whole number from 1 to 100000, found 0"),
+        ("illum.patches=1e6", "must be a whole number from 1 to 100000"),
+        ("illum.radius=0", "must be above 0 and at most 1e9 metres, found 0"),
+        ("illum.estimator=radiance", "radiance"),
+    ] {
+        let (code, said) = desk.illum(&["-D", value]);
+        assert!(code == 3 && said.contains(words), "{value}: {said}");
+    }
+}

@@ -6,6 +6,7 @@ use harmolux::estimators::{Bracket, Ending, Survey};
 use harmolux::io::plots::{Axis, Curve, Figure, Style};
 use harmolux::io::scene_file::Limit;
 use harmolux::io::tables::Table;
+use harmolux::math::stats::Estimate;
 use harmolux::study::{Judged, Verdict};
 use harmolux::{Error, Result};
 use serde_json::{Value, json};
@@ -48,11 +49,17 @@ fn comparison(group: &Group) {
     if count == 0 {
         return;
     }
-    let agree = group.comparisons().filter(|c| c.agrees).count();
+    let agree = group.comparisons().filter(|c| c.agrees == Some(true)).count();
+    let known = group.comparisons().filter(|c| c.agrees.is_some()).count();
     let largest = group.comparisons().map(|c| c.exact).fold(0.0, f64::max);
     let off = group.comparisons().zip(group.results).map(|(c, r)| (r.total.mean - c.exact).abs());
+    let judged = if known == 0 {
+        "not judged against the exact values, as no error is known".to_owned()
+    } else {
+        format!("{agree} of {count} agree with the exact values (joint test, false alarm 1e-3)")
+    };
     say::data(&format!(
-        "{}: {agree} of {count} agree with the exact values (joint test, false alarm 1e-3); max |dE| / max E = {}",
+        "{}: {judged}; max |dE| / max E = {}",
         group.name,
         say::percent(off.fold(0.0, f64::max) / largest)
     ));
@@ -78,20 +85,32 @@ fn values(group: &Group) -> TextTable {
             number(sensor.at.y),
             number(sensor.at.z),
             illuminance,
-            say::significant(r.total.half_width(0.05), 2),
+            half_width(&r.total),
             number(r.direct.mean),
         ];
         row.extend(comparisons.next().into_iter().flat_map(|c| {
-            let agrees = if c.agrees { "yes" } else { "NO" };
-            [number(c.exact), format!("{:+.2}", c.deviation), agrees.to_owned()]
+            let (off, agrees) = match c.agrees {
+                Some(agrees) => (format!("{:+.2}", c.deviation), if agrees { "yes" } else { "NO" }),
+                None => ("-".to_owned(), "-"),
+            };
+            [number(c.exact), off, agrees.to_owned()]
         }));
         table.add_row(row);
     }
     table
 }
 
-/// Writes a value with its interval.
+/// Writes the half width of an interval, or that none is known.
+pub(crate) fn half_width(estimate: &Estimate) -> String {
+    let half_width = estimate.half_width(0.05);
+    if half_width.is_nan() { "-".to_owned() } else { say::significant(half_width, 2) }
+}
+
+/// Writes a value with its interval where that is known.
 fn text(bracket: &Bracket) -> String {
+    if !bracket.has_interval() {
+        return say::significant(bracket.value, 4);
+    }
     let [value, low, high] =
         [bracket.value, bracket.low, bracket.high].map(|x| say::significant(x, 4));
     format!("{value} ({low} to {high})")
@@ -99,6 +118,12 @@ fn text(bracket: &Bracket) -> String {
 
 fn sentence(judged: &Judged) -> String {
     let verdict = match judged.verdict {
+        Verdict::Met if !judged.found.has_interval() => {
+            "met by the value, whose error is not known"
+        }
+        Verdict::NotMet if !judged.found.has_interval() => {
+            "NOT MET by the value, whose error is not known"
+        }
         Verdict::Met => "met",
         Verdict::NotMet => "NOT MET",
         Verdict::Undecided => "UNDECIDED, the limit is within the interval",
@@ -126,8 +151,11 @@ pub(crate) fn figure<'a>(lines: impl Iterator<Item = &'a Group<'a>>) -> Figure {
             curves.push(Curve::new(format!("{}, exact", line.name), known).drawn(Style::Line));
         }
         let points = distances().zip(line.results).map(|(x, r)| [x, r.total.mean]);
-        let errors = line.results.iter().map(|r| [r.total.half_width(0.05); 2]);
-        let measured = Curve::new(line.name, points.collect()).with_errors(errors.collect());
+        let mut measured = Curve::new(line.name, points.collect());
+        if line.results.iter().all(|r| !r.total.standard_error.is_nan()) {
+            let errors = line.results.iter().map(|r| [r.total.half_width(0.05); 2]);
+            measured = measured.with_errors(errors.collect());
+        }
         curves.push(measured.drawn(Style::Points));
     }
     let axes = [Axis::linear("along the line, m"), Axis::linear("illuminance, lx")];
@@ -140,7 +168,21 @@ pub(crate) fn run(survey: &Survey) {
         Ending::Interrupted => ", interrupted",
         _ => "",
     };
-    say::note(&format!("{} walks in {}{end}", survey.walks, progress::duration(survey.elapsed)));
+    let time = progress::duration(survey.elapsed);
+    if let Some(exchange) = &survey.radiosity {
+        say::note(&format!(
+            "{} patches, {} shots in {time}{end}; {} of the light was absorbed, {} left unshot",
+            exchange.patches,
+            exchange.shots,
+            say::percent(exchange.absorbed),
+            say::percent(exchange.unshot)
+        ));
+        say::note(
+            "radiosity gives no error: compare with another number of patches to see what they cost",
+        );
+    } else {
+        say::note(&format!("{} walks in {time}{end}", survey.walks));
+    }
     if survey.escaped > 0.0 {
         say::warning(&format!("{} of the light left the scene", say::percent(survey.escaped)));
     }
@@ -157,7 +199,18 @@ pub(crate) fn json(table: &Table, groups: &[Group], survey: &Survey) -> Result<S
     let failed = |e| Error::Numeric(format!("the JSON writer failed: {e}"));
     let mut report = serde_json::to_value(table).map_err(failed)?;
     report["groups"] = groups.iter().map(of_group).collect();
-    report["walks"] = survey.walks.into();
+    report["walks"] = match &survey.radiosity {
+        None => survey.walks.into(),
+        Some(_) => Value::Null,
+    };
+    report["radiosity"] = survey.radiosity.as_ref().map_or(Value::Null, |exchange| {
+        json!({
+            "patches": exchange.patches,
+            "shots": exchange.shots,
+            "unshot_share": exchange.unshot,
+            "absorbed_share": exchange.absorbed,
+        })
+    });
     report["seconds"] = survey.elapsed.as_secs_f64().into();
     report["escaped_share"] = survey.escaped.into();
     report["ending"] = match survey.ending {
@@ -165,6 +218,7 @@ pub(crate) fn json(table: &Table, groups: &[Group], survey: &Survey) -> Result<S
         Ending::Error => "relative_error",
         Ending::Time => "time",
         Ending::Interrupted => "interrupted",
+        Ending::Converged => "converged",
     }
     .into();
     serde_json::to_string_pretty(&report).map_err(failed)

@@ -73,7 +73,7 @@ fn report(verb: &Probe, results: &[Measured], as_json: bool) -> Result<()> {
         return Ok(());
     }
     for r in results {
-        let half_width = say::significant(r.total.half_width(0.05), 2);
+        let half_width = illum_report::half_width(&r.total);
         say::data(&format!("{}\t{half_width}", say::significant(r.total.mean, 7)));
     }
     Ok(())

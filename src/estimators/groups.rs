@@ -6,7 +6,7 @@ use crate::math::stats::{Estimate, student_t};
 /// The intervals hold with this probability of error.
 const ALPHA: f64 = 0.05;
 
-/// A value and the interval that holds the truth with 95 %.
+/// A value and the interval that holds the truth with 95 %; the ends are NaN where no error is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bracket {
     /// The value.
@@ -64,6 +64,22 @@ impl GroupSummary {
     }
 }
 
+impl GroupSummary {
+    /// Sums up the illuminances of a group, lx, whose errors are not known: values without intervals. `None` for no sensors.
+    pub fn without_errors(sensors: &[f64]) -> Option<Self> {
+        let least = sensors.iter().copied().reduce(f64::min)?;
+        let largest = sensors.iter().copied().reduce(f64::max)?;
+        let mean = sensors.iter().sum::<f64>() / sensors.len() as f64;
+        let bracket = |value| Bracket::around(value, f64::NAN);
+        Some(Self {
+            mean: bracket(mean),
+            least: bracket(least),
+            largest: bracket(largest),
+            uniformity: (mean > 0.0).then(|| bracket(least / mean)),
+        })
+    }
+}
+
 /// Estimates E / mean by linearisation: its replicates are r + (E_k - r mean_k) / mean, in which what both share cancels.
 fn ratio(sensor: &[f64; REPLICATES], means: &[f64; REPLICATES], mean: f64) -> Estimate {
     let of_means = sensor.iter().sum::<f64>() / (REPLICATES as f64 * mean);
@@ -73,6 +89,11 @@ fn ratio(sensor: &[f64; REPLICATES], means: &[f64; REPLICATES], mean: f64) -> Es
 }
 
 impl Bracket {
+    /// Tells whether the interval is known.
+    pub fn has_interval(&self) -> bool {
+        !(self.low.is_nan() || self.high.is_nan())
+    }
+
     fn around(value: f64, half_width: f64) -> Self {
         Self { value, low: value - half_width, high: value + half_width }
     }
@@ -110,6 +131,16 @@ mod tests {
         assert_eq!(GroupSummary::of(&[]), None);
         let dark = GroupSummary::of(&[[0.0; REPLICATES]]).expect("one sensor");
         assert_eq!(dark.uniformity, None);
+    }
+
+    #[test]
+    fn values_without_errors_have_no_intervals() {
+        let s = GroupSummary::without_errors(&[2.0, 6.0]).expect("two sensors");
+        let uniformity = s.uniformity.expect("light");
+        let values = [s.mean.value, s.least.value, s.largest.value, uniformity.value];
+        assert_eq!(values, [4.0, 2.0, 6.0, 0.5]);
+        assert!(![s.mean, s.least, s.largest, uniformity].iter().any(Bracket::has_interval));
+        assert_eq!(GroupSummary::without_errors(&[]), None);
     }
 
     /// 2000 groups of 20 sensors of known truth, with noise that half of it is shared. Each interval is to hold in 95 % of them: fewer than 1840

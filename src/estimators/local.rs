@@ -13,9 +13,11 @@ use crate::scene::{Measured, Scene, Sensor, Vertex};
 use super::connect::{Batch, Connector, Light, Weighting};
 use super::direct;
 use super::path::PathTracer;
+use super::photon::{self, Counter};
+use super::radiosity::{self, Exchange, RadiositySettings};
 use super::receiver::Receiver;
 use super::replicates::{Control, Ending, Observer, REPLICATES, Stop, seed};
-use super::walk::{Launcher, Node};
+use super::walk::{Launcher, Walked};
 
 /// Chooses how illuminance is estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,6 +26,13 @@ pub enum SensorEstimator {
     Local(Weighting),
     /// Backward path tracing, the reference.
     Path,
+    /// Radiosity: no statistical error, that of the patches is not known. Of [`SensorSettings::stop`] only the time counts.
+    Radiosity(RadiositySettings),
+    /// Photons counted on a disc about each sensor. The intervals are those of the mean over the disc, not of its centre.
+    Photon {
+        /// The radius of the discs, metres, above 0; when left out they have a ten thousandth of the total area of the scene.
+        radius: Option<f64>,
+    },
 }
 
 /// Sets a survey.
@@ -44,16 +53,18 @@ pub struct SensorSettings {
 pub struct Survey {
     /// One result per sensor.
     pub results: Vec<Measured>,
-    /// What each sensor received in each replicate, lx; sensors share their walks, so that replicates of one number belong together.
+    /// What each sensor received in each replicate, lx; sensors share their walks, so that replicates of one number belong together. NaN by radiosity.
     pub replicates: Vec<[f64; REPLICATES]>,
     /// Why the run ended.
     pub ending: Ending,
-    /// Walks in all.
+    /// Walks in all; the shots of radiosity.
     pub walks: u64,
-    /// The share of the walks' flux that left an open scene.
+    /// The share of the walks' flux that left an open scene; NaN where there are no walks of light to tell.
     pub escaped: f64,
     /// The time it took.
     pub elapsed: Duration,
+    /// How the patches exchanged light, by radiosity; then no result has a known error.
+    pub radiosity: Option<Exchange>,
 }
 
 impl Survey {
@@ -85,7 +96,8 @@ struct Sum {
 /// Measures illuminance, lx, at all sensors.
 ///
 /// # Errors
-/// [`crate::Error::Parameter`] when the scene has no light.
+/// [`crate::Error::Parameter`] when the scene has no light, or when the estimator cannot be used: radiosity with an infinite surface, another reflection than
+/// Lambert's or a number of patches out of range; photons on cylinders or without a radius.
 pub fn illuminance(
     scene: &Scene,
     sensors: &[Sensor],
@@ -122,11 +134,17 @@ fn survey(
     observer: Observer,
 ) -> Result<Survey> {
     let launcher = Launcher::new(scene)?;
+    let counts = matches!(settings.estimator, SensorEstimator::Photon { .. });
     let exact = |(i, receiver): (usize, &Option<Receiver>)| {
-        own(i) + receiver.as_ref().map_or(Rgb::BLACK, |r| direct::point_lights(scene, r))
+        let lit = receiver.as_ref().filter(|_| !counts);
+        own(i) + lit.map_or(Rgb::BLACK, |r| direct::point_lights(scene, r))
     };
     let points: Vec<Rgb> = receivers.par_iter().enumerate().map(exact).collect();
-    let survey = Run { scene, launcher: &launcher, settings, receivers };
+    if let SensorEstimator::Radiosity(radiosity) = &settings.estimator {
+        return radiosity::survey(scene, receivers, &points, radiosity, settings.stop, observer);
+    }
+    let counters = counters(scene, receivers, settings.estimator)?;
+    let survey = Run { scene, launcher: &launcher, settings, receivers, counters };
     let mut sums = vec![[Sum::default(); REPLICATES]; receivers.len()];
     let mut control = Control::new(settings.stop);
     let (mut done, mut escaped) = (0, 0.0);
@@ -173,7 +191,21 @@ fn survey(
         walks: done * REPLICATES as u64,
         escaped: escaped / (launcher.power() * (done * REPLICATES as u64) as f64),
         elapsed: control.elapsed(),
+        radiosity: None,
     })
+}
+
+/// Places the discs on which photons are counted; none for another estimator.
+fn counters<'a>(
+    scene: &Scene,
+    receivers: &[Option<Receiver<'a>>],
+    estimator: SensorEstimator,
+) -> Result<Vec<Option<Counter<'a>>>> {
+    let SensorEstimator::Photon { radius } = estimator else { return Ok(Vec::new()) };
+    let radius = photon::radius(scene, radius)?;
+    let counter =
+        |r: &Option<Receiver<'a>>| r.as_ref().map(|r| Counter::new(scene, r, radius)).transpose();
+    receivers.iter().map(counter).collect()
 }
 
 struct Run<'a> {
@@ -181,14 +213,16 @@ struct Run<'a> {
     launcher: &'a Launcher<'a>,
     settings: &'a SensorSettings,
     receivers: &'a [Option<Receiver<'a>>],
+    /// Where photons are counted.
+    counters: Vec<Option<Counter<'a>>>,
 }
 
 impl Run<'_> {
     /// Adds the walks `first..first + count` of every replicate to every sensor; returns the flux that escaped.
     fn add_walks(&self, first: u64, count: u64, sums: &mut [[Sum; REPLICATES]]) -> f64 {
-        let walks: Vec<Vec<(Vec<Node>, Rgb)>> = match self.settings.estimator {
-            SensorEstimator::Path => Vec::new(),
-            SensorEstimator::Local(_) => (0..REPLICATES)
+        let walks: Vec<Vec<Walked>> = match self.settings.estimator {
+            SensorEstimator::Path | SensorEstimator::Radiosity(_) => Vec::new(),
+            SensorEstimator::Local(_) | SensorEstimator::Photon { .. } => (0..REPLICATES)
                 .into_par_iter()
                 .map(|replicate| (first..first + count).map(|i| self.walk(replicate, i)).collect())
                 .collect(),
@@ -200,15 +234,12 @@ impl Run<'_> {
                 self.serve(sensor, replicate, first..first + count, own, sum);
             });
         });
-        walks.iter().flatten().map(|(_, escaped)| escaped.luminance()).sum()
+        walks.iter().flatten().map(Walked::escaped).sum()
     }
 
-    fn walk(&self, replicate: usize, index: u64) -> (Vec<Node<'_>>, Rgb) {
+    fn walk(&self, replicate: usize, index: u64) -> Walked<'_> {
         let seed = seed(self.settings.seed, replicate, WALKS);
-        let mut nodes = Vec::new();
-        let mut stream = Stream::new(self.settings.randomness, seed, index);
-        let escaped = self.launcher.walk(&mut stream, &mut nodes);
-        (nodes, escaped)
+        self.launcher.follow(&mut Stream::new(self.settings.randomness, seed, index))
     }
 
     /// Adds a block of walks, or of paths when there are none, to one sensor of one replicate.
@@ -217,7 +248,7 @@ impl Run<'_> {
         sensor: usize,
         replicate: usize,
         indices: std::ops::Range<u64>,
-        walks: &[(Vec<Node>, Rgb)],
+        walks: &[Walked],
         sum: &mut Sum,
     ) {
         let Some(receiver) = &self.receivers[sensor] else { return };
@@ -236,12 +267,20 @@ impl Run<'_> {
                 let tracer = PathTracer::new(self.scene);
                 indices.for_each(|i| add(tracer.trace(receiver, &mut stream(i))));
             }
+            // Its survey is its own.
+            SensorEstimator::Radiosity(_) => {}
+            SensorEstimator::Photon { .. } => {
+                let Some(counter) = &self.counters[sensor] else { return };
+                for walk in walks {
+                    add(counter.count(walk));
+                }
+            }
             SensorEstimator::Local(weighting) => {
                 let connector = Connector::new(self.scene, self.launcher, weighting);
                 let mut batch = Batch::default();
                 let mut streams = indices.map(stream);
                 for walks in walks.chunks(CONNECTED_TOGETHER) {
-                    let walks = walks.iter().map(|(walk, _)| walk.as_slice());
+                    let walks = walks.iter().map(|walk| walk.nodes.as_slice());
                     let walks = walks.zip(streams.by_ref());
                     connector.estimate(&mut batch, receiver, walks).for_each(&mut add);
                 }

@@ -1,4 +1,5 @@
-//! How light is estimated: walks from the lights, the local and the double local estimate, path tracing as the reference.
+//! How light is estimated: walks from the lights, the local and the double local estimate, path tracing as the reference, radiosity and
+//! the counting of photons as the baselines.
 
 mod connect;
 mod direct;
@@ -6,6 +7,8 @@ mod groups;
 mod image;
 mod local;
 mod path;
+mod photon;
+mod radiosity;
 mod receiver;
 mod replicates;
 mod walk;
@@ -14,6 +17,7 @@ pub use connect::{Light, Weighting};
 pub use groups::{Bracket, GroupSummary};
 pub use image::{Estimator, ImageSettings, Rendering, render};
 pub use local::{SensorEstimator, SensorSettings, Survey, illuminance, luminance};
+pub use radiosity::{Exchange, MAX_PATCHES, RadiositySettings};
 pub use receiver::Receiver;
 pub use replicates::{Ending, Observer, Progress, REPLICATES, Stop};
 pub use walk::{Launcher, Node};

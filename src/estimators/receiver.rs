@@ -48,6 +48,30 @@ impl<'a> Receiver<'a> {
         Self { hit: vertex.hit, normal: vertex.normal, response }
     }
 
+    /// Measures the illuminance of one side of a surface: that of its normal for a positive `sign`, the other for a negative one.
+    pub(super) fn side(hit: &Hit, sign: f64) -> Self {
+        Self { hit: *hit, normal: sign * hit.normal, response: Response::Plane }
+    }
+
+    /// Gives the normal of what is no cylinder.
+    pub(super) fn plane_normal(&self) -> Option<DVec3> {
+        match self.response {
+            Response::Plane | Response::Reflection(..) => Some(self.normal),
+            Response::Cylinder | Response::SemiCylinder(_) => None,
+        }
+    }
+
+    /// Gives, where W is proportional to the cosine above a plane, its normal and W / cos.
+    pub(super) fn cosine(&self) -> Option<(DVec3, Rgb)> {
+        match self.response {
+            Response::Plane => Some((self.normal, Rgb::WHITE)),
+            Response::Reflection(Brdf::Lambert { reflectance }, _) => {
+                Some((self.normal, *reflectance / PI))
+            }
+            _ => None,
+        }
+    }
+
     /// Gives W for light that comes from the unit vector `direction`; black from below a surface.
     pub fn response(&self, direction: DVec3) -> Rgb {
         let projection = self.projection(direction);

@@ -30,6 +30,8 @@ pub enum Ending {
     Time,
     /// The observer asked to stop.
     Interrupted,
+    /// The computation came to its own end: radiosity had next to no light left.
+    Converged,
 }
 
 /// Tells an observer how far a run is.
@@ -97,12 +99,17 @@ impl Control {
 
     /// Reports to the observer.
     pub(super) fn report(&self, walks: u64, observer: Observer) -> ControlFlow<()> {
-        observer(&Progress {
-            share: self.share(walks),
-            walks,
-            error: self.error,
-            elapsed: self.elapsed(),
-        })
+        self.report_share(self.share(walks), walks, observer)
+    }
+
+    /// Reports to the observer what share is finished.
+    pub(super) fn report_share(
+        &self,
+        share: f64,
+        walks: u64,
+        observer: Observer,
+    ) -> ControlFlow<()> {
+        observer(&Progress { share, walks, error: self.error, elapsed: self.elapsed() })
     }
 
     /// Foresees the finished share: of the walks, of the time, or of the walks that the target will take (the error falls as 1/sqrt).

@@ -20,6 +20,21 @@ pub struct Node<'a> {
     pub start_density: Option<f64>,
 }
 
+/// Holds a finished walk.
+pub(super) struct Walked<'a> {
+    /// Its start on an emitting surface, and its hits.
+    pub(super) nodes: Vec<Node<'a>>,
+    /// How it left an open scene.
+    pub(super) escape: Option<(Ray, Rgb)>,
+}
+
+impl Walked<'_> {
+    /// Gives the flux that left the scene.
+    pub(super) fn escaped(&self) -> f64 {
+        self.escape.map_or(0.0, |(_, flux)| flux.luminance())
+    }
+}
+
 /// The share of its first flux below which a walk plays Russian roulette. Earlier, roulette would save less than its variance costs: in the
 /// head room, where about half is reflected, this takes 0.6 of the time to a given error that roulette at every hit takes; starting one hit
 /// earlier or later takes a tenth more than this.
@@ -80,14 +95,24 @@ impl<'a> Launcher<'a> {
 
     /// Follows one walk, adds its nodes to `nodes` and returns the flux that escaped from the scene.
     pub fn walk(&self, stream: &mut Stream, nodes: &mut Vec<Node<'a>>) -> Rgb {
+        self.run(stream, nodes).map_or(Rgb::BLACK, |(_, flux)| flux)
+    }
+
+    /// Follows one walk to its end.
+    pub(super) fn follow(&self, stream: &mut Stream) -> Walked<'a> {
+        let mut nodes = Vec::new();
+        let escape = self.run(stream, &mut nodes);
+        Walked { nodes, escape }
+    }
+
+    /// Follows one walk and returns the ray and the flux with which it left the scene.
+    fn run(&self, stream: &mut Stream, nodes: &mut Vec<Node<'a>>) -> Option<(Ray, Rgb)> {
         let [pick, position @ ..] = stream.next_4d();
         let (index, rest) = sampling::discrete(&self.cumulative, pick);
         let (mut ray, mut flux) = match self.sources[index] {
             Source::Point(light) => self.leave_point(light, [position[0], position[1]]),
             Source::Surface(emitter) => {
-                let Some(start) = self.start_on(emitter, DVec2::new(rest, position[0])) else {
-                    return Rgb::BLACK;
-                };
+                let start = self.start_on(emitter, DVec2::new(rest, position[0]))?;
                 nodes.push(start);
                 let direction = crate::math::Frame::about(start.vertex.hit.normal)
                     .to_world(sampling::cosine_hemisphere([position[1], position[2]]));
@@ -96,16 +121,14 @@ impl<'a> Launcher<'a> {
         };
         let faint = FAINT * flux.luminance();
         loop {
-            let Some(vertex) = self.scene.vertex(&ray) else { return flux };
+            let Some(vertex) = self.scene.vertex(&ray) else { return Some((ray, flux)) };
             nodes.push(Node { vertex, flux, start_density: None });
             let [u, v, roulette, _] = stream.next_4d();
-            let Some(sample) = vertex.brdf().sample(vertex.normal, vertex.outgoing, [u, v]) else {
-                return Rgb::BLACK;
-            };
+            let sample = vertex.brdf().sample(vertex.normal, vertex.outgoing, [u, v])?;
             let next = flux * sample.weight;
             let survival = (next.luminance() / faint).min(1.0);
             if roulette >= survival {
-                return Rgb::BLACK;
+                return None;
             }
             flux = next / survival;
             ray = vertex.hit.leave(sample.direction);

@@ -30,6 +30,11 @@ impl Estimate {
         Self { mean, standard_error, replicates: n }
     }
 
+    /// Takes a value whose error is not known: all errors, widths and deviations are NaN, and it agrees with nothing.
+    pub const fn without_error(mean: f64) -> Self {
+        Self { mean, standard_error: f64::NAN, replicates: 1 }
+    }
+
     /// Gives the half width of the two-sided interval that holds the truth with probability `1 - alpha`.
     pub fn half_width(&self, alpha: f64) -> f64 {
         student_t(alpha, self.replicates.saturating_sub(1)) * self.standard_error

@@ -6,9 +6,9 @@ use crate::io::scene_file::{Limit, Quantity, RequireSpec};
 /// Says whether a requirement is met.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// The whole interval meets it.
+    /// The whole interval meets it, or the value that has none.
     Met,
-    /// No part of the interval meets it.
+    /// No part of the interval meets it, or not the value that has none.
     NotMet,
     /// The interval holds the limit: more walks would tell.
     Undecided,
@@ -27,7 +27,7 @@ pub struct Judged {
     pub verdict: Verdict,
 }
 
-/// Judges all requirements on a group of sensors.
+/// Judges all requirements on a group of sensors; where no interval is known, by the value alone.
 pub fn judge(require: &RequireSpec, summary: &GroupSummary) -> Vec<Judged> {
     let dark = Bracket { value: 0.0, low: 0.0, high: 0.0 };
     require
@@ -45,9 +45,11 @@ pub fn judge(require: &RequireSpec, summary: &GroupSummary) -> Vec<Judged> {
 }
 
 fn verdict(limit: Limit, found: Bracket) -> Verdict {
+    let (low, high) =
+        if found.has_interval() { (found.low, found.high) } else { (found.value, found.value) };
     let (met, refuted) = match limit {
-        Limit::AtLeast(limit) => (found.low >= limit, found.high < limit),
-        Limit::AtMost(limit) => (found.high <= limit, found.low > limit),
+        Limit::AtLeast(limit) => (low >= limit, high < limit),
+        Limit::AtMost(limit) => (high <= limit, low > limit),
     };
     if met {
         Verdict::Met
@@ -75,6 +77,10 @@ mod tests {
         ] {
             assert_eq!(verdict(limit, found), expected, "{limit:?}");
         }
+        // Without an interval the value decides.
+        let bare = Bracket { value: 5.0, low: f64::NAN, high: f64::NAN };
+        assert_eq!(verdict(Limit::AtLeast(5.0), bare), Verdict::Met);
+        assert_eq!(verdict(Limit::AtMost(4.9), bare), Verdict::NotMet);
         // Nothing is known of what is not a number.
         let nan = Bracket { value: f64::NAN, low: f64::NAN, high: f64::NAN };
         assert_eq!(verdict(Limit::AtLeast(1.0), nan), Verdict::Undecided);

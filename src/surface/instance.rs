@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::{AreaPoint, Hit, SampleArea, Surface};
+use super::{AreaPoint, Division, Facet, Hit, SampleArea, Surface};
 use crate::math::{Aabb, Placement, Ray};
 
 /// Places a shared surface in the world; itself a surface, and one to sample where the inner one is.
@@ -175,6 +175,14 @@ impl<S: SampleArea + ?Sized> SampleArea for Instance<S> {
 
     fn density(&self, hit: &Hit) -> f64 {
         self.inner.density(&self.local_hit(hit)) / self.placement.scale().powi(2)
+    }
+
+    fn facets(&self, division: &Division) -> Vec<Facet> {
+        let lights: Vec<DVec3> =
+            division.lights.iter().map(|&at| self.placement.unapply(at)).collect();
+        let local = self.inner.facets(&Division { lights: &lights, ..*division });
+        let place = |facet: Facet| facet.placed(&self.placement, |hit| self.world_hit(hit));
+        local.into_iter().map(place).collect()
     }
 }
 

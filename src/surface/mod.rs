@@ -4,6 +4,7 @@ mod bvh;
 mod certified;
 mod envelope;
 mod face_nodes;
+mod facets;
 mod fit_error;
 mod hausdorff;
 mod instance;
@@ -29,6 +30,7 @@ mod triangle;
 
 pub use bvh::Bvh;
 pub use envelope::{Envelope, least_folded};
+pub use facets::{Division, Facet};
 pub use fit_error::{FitError, fit_error};
 pub use hausdorff::{FarthestPoint, farthest_point};
 pub use instance::Instance;
@@ -138,6 +140,9 @@ pub trait SampleArea: Surface {
 
     /// Gives the density, 1/m2, with which [`SampleArea::sample_area`] picks the point of a (refined) hit.
     fn density(&self, hit: &Hit) -> f64;
+
+    /// Divides the surface into facets that are nearly flat.
+    fn facets(&self, division: &Division) -> Vec<Facet>;
 }
 
 /// Describes a point sampled on a surface, as the hit that a ray from outside would have made (its distance is 0), with its density.

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::patches::{Answer, Patches};
 use super::radial::{Gap, RadialBody};
 use super::step_bisection::StepBisection;
-use super::{AreaPoint, Hit, SampleArea, Surface, certified};
+use super::{AreaPoint, Division, Facet, Hit, SampleArea, Surface, certified, facets};
 use crate::math::{Aabb, Ray, sampling};
 use crate::sh::{Coefficients, Grid};
 use crate::{Error, Result};
@@ -201,6 +201,15 @@ impl SampleArea for ShSurface {
     fn density(&self, hit: &Hit) -> f64 {
         let Some(direction) = hit.point.try_normalize() else { return 0.0 };
         1.0 / (4.0 * std::f64::consts::PI * area_factor(&self.body, direction))
+    }
+
+    /// Divides by direction, into at least 96 facets.
+    fn facets(&self, division: &Division) -> Vec<Facet> {
+        let at = |direction| {
+            let hit = Hit { distance: 0.0, ..self.at(direction) };
+            (hit, area_factor(&self.body, direction))
+        };
+        facets::around(division.count, 4, at).collect()
     }
 }
 

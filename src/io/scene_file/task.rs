@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::values::{
-    Above0, AtLeast0, HalfTurn, Inline, Part, count_if, number, number_if, table, table_if,
+    Above0, AtLeast0, HalfTurn, Inline, Part, Size, count_if, number, number_if, table, table_if,
     time_if, whole, word,
 };
 
@@ -56,6 +56,17 @@ pub struct IllumSpec {
     /// When to stop.
     #[serde(deserialize_with = "table")]
     pub stop: StopSpec,
+    /// For radiosity: about how many patches the surfaces get in all, 1 to 100 000; a default when left out.
+    #[serde(deserialize_with = "patches_if")]
+    pub patches: Option<usize>,
+    /// For photons: the radius of the discs that count them, above 0, metres; a default when left out.
+    #[serde(deserialize_with = "number_if::<Size, _>")]
+    pub radius: Option<f64>,
+}
+
+/// Reads a number of patches, of a key that may be left out.
+fn patches_if<'de, D: Deserializer<'de>>(d: D) -> Result<Option<usize>, D::Error> {
+    whole::<1, 100_000, _, _>(d).map(Some)
 }
 
 /// Names an estimator of illuminance.
@@ -67,6 +78,10 @@ pub enum IllumEstimator {
     Local,
     /// Backward path tracing.
     Path,
+    /// Radiosity between patches.
+    Radiosity,
+    /// Photons counted on discs.
+    Photon,
 }
 
 /// Says by how much the truncation of an SH object to a lower degree may show in a picture.

@@ -10,7 +10,7 @@ mod block;
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec2, DVec3};
 
-use super::{AreaPoint, Bvh, Hit, Mesh, SampleArea, Surface};
+use super::{AreaPoint, Bvh, Division, Facet, Hit, Mesh, SampleArea, Surface, facets};
 use crate::math::{Aabb, Ray, sampling};
 use crate::{Error, Result};
 use block::{Block, LANES, Meeting, Shear};
@@ -182,6 +182,21 @@ impl SampleArea for MeshSurface {
 
     fn density(&self, _: &Hit) -> f64 {
         1.0 / self.area()
+    }
+
+    /// Divides each triangle that is larger than the mean facet; faces without area give none.
+    fn facets(&self, division: &Division) -> Vec<Facet> {
+        let largest = self.area() / division.count as f64;
+        let mut into = Vec::new();
+        for face in 0..self.mesh.triangles().len() {
+            let corners = self.mesh.corners(face);
+            if self.mesh.normal(face).is_some() {
+                let meeting = |p: DVec2| Meeting { v: p.x, w: p.y, ..Meeting::default() };
+                let at = |p| self.hit_at(face as u32, corners, meeting(p), DVec3::Z);
+                facets::triangle(corners, largest, at, &mut into);
+            }
+        }
+        into
     }
 }
 

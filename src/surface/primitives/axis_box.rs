@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 
 use super::checks;
 use crate::math::{Aabb, Ray, sampling};
-use crate::surface::{AreaPoint, Hit, SampleArea, Surface};
+use crate::surface::{AreaPoint, Division, Facet, Hit, SampleArea, Surface, facets};
 use crate::{Error, Result};
 
 /// Holds an axis-aligned box; its outer side is the outside, or the inside when it is turned inward.
@@ -165,5 +165,22 @@ impl SampleArea for AxisBox {
 
     fn density(&self, _: &Hit) -> f64 {
         1.0 / self.area()
+    }
+
+    fn facets(&self, division: &Division) -> Vec<Facet> {
+        let (extent, area) = (self.faces.extent(), self.area());
+        let face = |part: u32| {
+            let [u, v] = [1, 2].map(|k| (axis(part) + k) % 3);
+            let lengths = DVec2::new(extent[u], extent[v]);
+            let share = lengths.x * lengths.y / area;
+            let count = (division.count as f64 * share).round().max(1.0) as usize;
+            facets::rectangle(lengths, count, move |at| {
+                let mut near = self.faces.min;
+                near[u] += at.x * lengths.x;
+                near[v] += at.y * lengths.y;
+                self.place(part, near, 0.0)
+            })
+        };
+        (0..6).flat_map(face).collect()
     }
 }

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::{checks, plane};
 use crate::Result;
 use crate::math::{Aabb, Frame, Ray, sampling};
-use crate::surface::{AreaPoint, Hit, SampleArea, Surface};
+use crate::surface::{AreaPoint, Division, Facet, Hit, SampleArea, Surface, facets};
 
 /// Holds a flat disc; its outer side is the one the normal points to.
 ///
@@ -90,5 +90,10 @@ impl SampleArea for Disc {
 
     fn density(&self, _: &Hit) -> f64 {
         1.0 / self.area()
+    }
+
+    fn facets(&self, division: &Division) -> Vec<Facet> {
+        let place = |offset| plane::place(self.centre, self.normal, offset, 0.0);
+        facets::disc(self.centre, self.normal, self.radius, division, place)
     }
 }

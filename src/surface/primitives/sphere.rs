@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use super::checks;
 use crate::Result;
 use crate::math::{Aabb, Ray, sampling};
-use crate::surface::{AreaPoint, Hit, SampleArea, Surface};
+use crate::surface::{AreaPoint, Division, Facet, Hit, SampleArea, Surface, facets};
 
 /// Holds a sphere; its outer side is the outside, or the inside when it is turned inward.
 ///
@@ -121,5 +121,10 @@ impl SampleArea for Sphere {
 
     fn density(&self, _: &Hit) -> f64 {
         1.0 / self.area()
+    }
+
+    fn facets(&self, division: &Division) -> Vec<Facet> {
+        let at = |direction| (self.place(direction, 0.0), self.radius * self.radius);
+        facets::around(division.count, 2, at).collect()
     }
 }
