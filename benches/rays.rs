@@ -89,7 +89,7 @@ fn hall(heads: usize) -> Scene {
         let at = DVec3::new((i % 31) as f64, (i / 31 % 31) as f64, 0.25 * (i % 7) as f64) + 0.75;
         let turn = DQuat::from_rotation_z(i as f64);
         let placement = Placement::new(turn, 3.0, at).expect("valid");
-        Object::new("head", Instance::new(Arc::clone(&head), placement), grey)
+        Object::new("head", Instance::new(Arc::clone(&head), placement), grey.clone())
     }));
     Scene::new(objects, Vec::new()).expect("valid")
 }

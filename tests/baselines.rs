@@ -30,7 +30,8 @@ fn disc_mean(radius: f64, f: impl Fn(f64, f64) -> f64) -> f64 {
 
 fn cube() -> Scene {
     let lamp = PointLight::isotropic("lamp", DVec3::splat(2.0), Rgb::grey(10_000.0 / (4.0 * PI)));
-    Scene::new(vec![room(DVec3::splat(4.0), &[grey(0.5); 6])], vec![lamp]).expect("valid")
+    Scene::new(vec![room(DVec3::splat(4.0), &[(); 6].map(|()| grey(0.5)))], vec![lamp])
+        .expect("valid")
 }
 
 fn run(scene: &Scene, points: &[Sensor], estimator: SensorEstimator, walks: u64) -> Survey {

@@ -464,3 +464,75 @@ fn double_local_estimate_and_path_tracing_give_the_same_head_room() {
     let path = film(Estimator::Path, 2048);
     assert_alike(&local, &path);
 }
+
+/// A panel under the ceiling of a room, and a table that hides it from a part of the floor.
+fn panel_scene(with_table: bool) -> Scene {
+    use harmolux::surface::primitives::Rectangle;
+    let black = || grey(0.0);
+    let room = room(DVec3::new(4.0, 4.0, 3.0), &[(); 6].map(|()| black()));
+    let panel = Rectangle::new(DVec3::new(1.5, 1.5, 2.999), DVec3::Y, DVec3::X).expect("valid");
+    let panel = Object::new("panel", panel, black().emitting(Rgb::grey(1000.0 * PI)));
+    let mut objects = vec![room, panel];
+    if with_table {
+        let low = DVec3::new(0.5, 1.0, 1.0);
+        let table = Rectangle::new(low, DVec3::X * 1.5, DVec3::Y * 1.5).expect("valid");
+        objects.push(Object::new("table", table, black()));
+    }
+    Scene::new(objects, vec![]).expect("a valid scene")
+}
+
+#[test]
+fn flat_lights_are_exact_where_nothing_hides_them() {
+    // Case 5.3 of CIE 171 to 1e-6: E = pi L C by the contour formula of `exact`, with the panel a millimetre below the ceiling.
+    let scene = panel_scene(false);
+    let points = [
+        Sensor::plane(DVec3::new(2.0, 0.25, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(2.0, 1.75, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(2.0, 0.0, 1.75), DVec3::Y),
+        Sensor::plane(DVec3::new(0.3, 2.0, 2.9), DVec3::X),
+    ];
+    let settings = sensors(SensorEstimator::Local(Weighting::of(&scene)), 128);
+    let survey = illuminance(&scene, &points, &settings, &go_on).expect("runs");
+    let corners = [[1.5, 1.5], [2.5, 1.5], [2.5, 2.5], [1.5, 2.5]];
+    let corners = corners.map(|[x, y]| DVec3::new(x, y, 2.999));
+    for (sensor, result) in points.iter().zip(&survey.results) {
+        let exact = 1000.0 * PI * polygon(&corners, sensor.at, sensor.normal).abs();
+        let total = result.total;
+        assert!((total.mean - exact).abs() <= 1e-9 * exact, "{total:?} {exact}");
+        assert!(total.standard_error <= 1e-12 * exact, "{total:?}");
+    }
+}
+
+/// Lambert's formula by itself, for a polygon wholly above the horizon.
+fn polygon(corners: &[DVec3], at: DVec3, normal: DVec3) -> f64 {
+    let edge = |i: usize| {
+        let (a, b) = (corners[i] - at, corners[(i + 1) % corners.len()] - at);
+        let cross = a.cross(b);
+        cross.length().atan2(a.dot(b)) * cross.normalize().dot(normal)
+    };
+    (0..corners.len()).map(edge).sum::<f64>() / (2.0 * PI)
+}
+
+#[test]
+fn flat_lights_are_unbiased_where_something_hides_them() {
+    let scene = panel_scene(true);
+    // From full light through the half shadow to the full shadow of the table.
+    let points: Vec<Sensor> = (0..8)
+        .map(|i| Sensor::plane(DVec3::new(1.2, 0.2 + 0.25 * f64::from(i), 0.0), DVec3::Z))
+        .collect();
+    let survey = |estimator, walks| {
+        illuminance(&scene, &points, &sensors(estimator, walks), &go_on).expect("runs").results
+    };
+    let by_paths = survey(SensorEstimator::Path, 65_536);
+    for weighting in [Weighting::of(&scene), Weighting::Walk] {
+        let by_walks = survey(SensorEstimator::Local(weighting), 16_384);
+        for (i, (a, b)) in by_walks.iter().zip(&by_paths).enumerate() {
+            let (a, b) = (a.total, b.total);
+            assert!(a.agrees_with(b.mean, b.standard_error, 2 * points.len()), "{i}: {a:?} {b:?}");
+        }
+        // Some see all of it, some nothing, and both are exact.
+        let exact = |r: &&harmolux::scene::Measured| r.total.standard_error <= 1e-9;
+        assert!(by_walks.iter().filter(exact).count() >= 2, "{by_walks:?}");
+        assert!(by_walks.iter().filter(exact).count() < points.len());
+    }
+}

@@ -8,7 +8,9 @@ use harmolux::estimators::{
     Ending, GroupSummary, RadiositySettings, SensorEstimator, SensorSettings, Stop, Survey,
     Weighting, illuminance,
 };
-use harmolux::io::scene_file::{IllumEstimator, IllumSpec, RequireSpec, SceneFile, SensorSpec};
+use harmolux::io::scene_file::{
+    IllumEstimator, IllumSpec, RequireSpec, SceneFile, SensorSpec, StopSpec,
+};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::math::Randomness;
 use harmolux::scene::{Measured, Scene, Sensor};
@@ -28,6 +30,9 @@ use super::{illum_report, interrupt, say};
 ///
 /// Each value comes with its 95 % interval and the part that arrives directly; each group of sensors with mean, least, largest and U0 = least / mean, each
 /// with an interval of its own. Sensors that `[compare]` names stand beside what they are known to receive. What `[require]` asks for is judged by those intervals: met, not met or undecided; unless all is met, the exit code is 4.
+///
+/// The run ends when `[illum.stop]` says so: at a relative_error (the largest relative half width of the 95 % intervals), a time, or a number of walks, which
+/// is rounded up to a multiple of 32. Without it, at one per cent or after 262144 walks.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux illum room.toml                               a table
@@ -44,7 +49,7 @@ pub(crate) struct Illum {
     /// Replace output files that another program wrote
     #[arg(long)]
     pub(crate) force: bool,
-    /// Plot the lines of sensors in the terminal
+    /// Plot the lines of sensors in the terminal, above the table
     #[arg(long)]
     pub(crate) plot: bool,
     /// Take this estimator in place of the scene's
@@ -78,6 +83,11 @@ impl From<EstimatorName> for IllumEstimator {
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
+    if verb.plot && as_json {
+        return Err(Error::Parameter(
+            "--plot draws for people and --json writes for machines; take one of them".into(),
+        ));
+    }
     let mut file = read_scene(&verb.common)?;
     file.illum.estimator = verb.estimator.map_or(file.illum.estimator, Into::into);
     let mut table = columns();
@@ -95,7 +105,11 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
             verb.common.scene.display()
         )));
     }
-    let settings = settings(&file.illum, &loaded.scene, &verb.common);
+    let mut settings = settings(&file.illum, &loaded.scene, &verb.common);
+    let asked = settings.stop;
+    if asked == Stop::default() && !matches!(settings.estimator, SensorEstimator::Radiosity(_)) {
+        settings.stop = unasked(verb.common.quick);
+    }
     interrupt::listen();
     let meter = Meter::start("measuring", "largest 95 % half width");
     let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))
@@ -110,21 +124,28 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     }
     if as_json {
         say::data(&illum_report::json(&table, &groups, &survey)?);
-    } else if verb.plot {
-        plot::print(&figure)?;
     } else {
+        if verb.plot {
+            plot::print(&figure)?;
+        }
         groups.iter().for_each(illum_report::group);
     }
     illum_report::run(&survey);
     for path in &verb.output {
         say::note(&format!("written {}", path.display()));
     }
-    let code = code(survey.ending, settings.stop, reached(&survey), "largest 95 % half width");
+    let code = code(survey.ending, asked, reached(&survey), "largest 95 % half width");
     let met = |group: &Group| group.judged.iter().all(|j| j.verdict == Verdict::Met);
     let all_met = groups
         .iter()
         .all(|group| met(group) && group.comparisons().all(|c| c.agrees != Some(false)));
     Ok(if code == Code::Done && !all_met { Code::NotMet } else { code })
+}
+
+/// Says when a run ends of which nothing is said: at one per cent, or after 2^18 walks.
+fn unasked(quick: bool) -> Stop {
+    let spec = StopSpec { relative_error: Some(0.01), time: None, walks: Some(1 << 18) };
+    stop(spec, quick)
 }
 
 fn is_line(spec: &SensorSpec) -> bool {
@@ -209,14 +230,14 @@ fn groups<'a>(
         } else {
             GroupSummary::of(&counting.map(|i| survey.replicates[i]).collect::<Vec<_>>())
         };
-        let required = require.get(&group.name).zip(summary.as_ref());
+        let required = require.get(&group.name);
         Group {
             name: &group.name,
             sensors: &group.sensors,
             results: &survey.results[range],
             behind: &group.behind,
             summary,
-            judged: required.map_or(Vec::new(), |(require, summary)| judge(require, summary)),
+            judged: required.map_or(Vec::new(), |require| judge(require, summary.as_ref())),
             known,
         }
     };

@@ -2,7 +2,7 @@
 
 use comfy_table::Table as TextTable;
 use glam::DVec3;
-use harmolux::estimators::{Bracket, Ending, Survey};
+use harmolux::estimators::{Bracket, Ending, GroupSummary, Survey};
 use harmolux::io::plots::{Axis, Curve, Figure, Style};
 use harmolux::io::scene_file::Limit;
 use harmolux::io::tables::Table;
@@ -29,14 +29,14 @@ pub(crate) fn group(group: &Group) {
             group.sensors.len()
         ));
     }
-    let Some(summary) = &group.summary else { return say::data("") };
-    let named = [("mean", summary.mean), ("least", summary.least), ("largest", summary.largest)];
-    for (name, bracket) in named {
-        say::data(&format!("{}: {name} {} lx", group.name, text(&bracket)));
+    if let Some(GroupSummary { mean, least, largest, uniformity }) = &group.summary {
+        for (name, bracket) in [("mean", mean), ("least", least), ("largest", largest)] {
+            say::data(&format!("{}: {name} {} lx", group.name, text(bracket)));
+        }
+        let uniformity = uniformity.as_ref().map_or("-".to_owned(), text);
+        say::data(&format!("{}: U0 {uniformity}", group.name));
+        comparison(group);
     }
-    let uniformity = summary.uniformity.as_ref().map_or("-".to_owned(), text);
-    say::data(&format!("{}: U0 {uniformity}", group.name));
-    comparison(group);
     for judged in &group.judged {
         say::data(&format!("{}: {}", group.name, sentence(judged)));
     }
@@ -103,7 +103,13 @@ fn values(group: &Group) -> TextTable {
 /// Writes the half width of an interval, or that none is known.
 pub(crate) fn half_width(estimate: &Estimate) -> String {
     let half_width = estimate.half_width(0.05);
-    if half_width.is_nan() { "-".to_owned() } else { say::significant(half_width, 2) }
+    // What is left of an exact value is rounding.
+    let rounding = 1e-13 * estimate.mean.abs();
+    match half_width {
+        x if x.is_nan() => "-".to_owned(),
+        x if x <= rounding => "0".to_owned(),
+        x => say::significant(x, 2),
+    }
 }
 
 /// Writes a value with its interval where that is known.
@@ -118,6 +124,7 @@ fn text(bracket: &Bracket) -> String {
 
 fn sentence(judged: &Judged) -> String {
     let verdict = match judged.verdict {
+        _ if judged.found.value.is_nan() => "UNDECIDED, no sensor counts",
         Verdict::Met if !judged.found.has_interval() => {
             "met by the value, whose error is not known"
         }

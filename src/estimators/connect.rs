@@ -20,6 +20,7 @@ use crate::scene::{BrdfSample, Scene, Vertex};
 use crate::surface::Hit;
 
 use super::direct;
+use super::flat_lights::Outlook;
 use super::receiver::Receiver;
 use super::walk::{Launcher, Node};
 
@@ -132,6 +133,8 @@ struct Connection {
     to: usize,
     light: Rgb,
     source: Source,
+    /// How much of the light is known without the connection.
+    known: f64,
 }
 
 #[derive(Clone, Copy)]
@@ -154,11 +157,18 @@ impl<'a> Connector<'a> {
         Self { scene, launcher, weighting }
     }
 
-    /// Estimates, from each of some walks with a stream for each, all light at the receiver except that of the point lights it sees itself.
+    /// Looks at the flat lights from a receiver.
+    pub(super) fn outlook(&self, receiver: &Receiver) -> Outlook {
+        self.launcher.outlook(receiver)
+    }
+
+    /// Estimates, from each of some walks with a stream for each, all light at the receiver except that of the point lights it sees itself and what its
+    /// outlook knows of flat lights.
     pub(super) fn estimate(
         &self,
         batch: &mut Batch<'a>,
         receiver: &Receiver<'a>,
+        outlook: &Outlook,
         walks: impl Iterator<Item = (&'a [Node<'a>], Stream)>,
     ) -> impl Iterator<Item = Light> {
         batch.estimates.clear();
@@ -166,8 +176,9 @@ impl<'a> Connector<'a> {
         let asked = batch.estimates.len();
         let mut level = 0..asked;
         while !level.is_empty() {
-            self.connect(batch, level.clone());
-            self.gather(batch, level.clone());
+            let outlook = (level.start == 0).then_some(outlook);
+            self.connect(batch, level.clone(), outlook);
+            self.gather(batch, level.clone(), outlook);
             level = level.end..batch.estimates.len();
         }
         batch.add_beyond();
@@ -175,29 +186,36 @@ impl<'a> Connector<'a> {
     }
 
     /// Connects the estimates of a level to the nodes of their walks and, beyond gathering rays, to the point lights.
-    fn connect(&self, batch: &mut Batch<'a>, level: Range<usize>) {
+    fn connect(&self, batch: &mut Batch<'a>, level: Range<usize>, outlook: Option<&Outlook>) {
         batch.rays.clear();
         batch.connections.clear();
         for to in level {
             let Estimate { receiver, walk, beyond, .. } = &batch.estimates[to];
-            let mut add = |source, (ray, light)| {
+            let mut add = |source, known, (ray, light)| {
                 batch.rays.push(ray);
-                batch.connections.push(Connection { to, light, source });
+                batch.connections.push(Connection { to, light, source, known });
             };
             if beyond.is_some() {
-                direct::connections(self.scene, receiver).for_each(|c| add(Source::PointLight, c));
+                direct::connections(self.scene, receiver)
+                    .for_each(|c| add(Source::PointLight, 0.0, c));
             }
             for node in *walk {
-                let source = node.start_density.map_or(Source::Reflection, |_| Source::Start);
-                self.connection(receiver, node).into_iter().for_each(|c| add(source, c));
+                let connection = self.connection(receiver, node);
+                let (source, known) = match node.start_density {
+                    None => (Source::Reflection, 0.0),
+                    Some(_) => (Source::Start, share(outlook, node.vertex.object)),
+                };
+                connection.into_iter().for_each(|c| add(source, known, c));
             }
         }
         batch.blocked.clear();
         batch.blocked.resize(batch.rays.len(), false);
         self.scene.mark_blocked(&batch.rays, &mut batch.blocked);
-        let connections = batch.connections.iter().zip(&batch.blocked);
-        for (connection, _) in connections.filter(|(_, blocked)| !**blocked) {
-            batch.estimates[connection.to].receive(connection);
+        for (connection, blocked) in batch.connections.iter().zip(&batch.blocked) {
+            let visible = if *blocked { 0.0 } else { 1.0 };
+            if visible != connection.known {
+                batch.estimates[connection.to].receive(connection, visible - connection.known);
+            }
         }
     }
 
@@ -232,7 +250,7 @@ impl<'a> Connector<'a> {
     }
 
     /// Gathers, by one ray for each estimate of a level, what the connections leave; where it goes on, there is an estimate of the next level.
-    fn gather(&self, batch: &mut Batch<'a>, level: Range<usize>) {
+    fn gather(&self, batch: &mut Batch<'a>, level: Range<usize>, outlook: Option<&Outlook>) {
         if self.weighting == Weighting::Walk {
             return;
         }
@@ -250,32 +268,56 @@ impl<'a> Connector<'a> {
         batch.hits.resize(batch.rays.len(), None);
         self.scene.hits(&batch.rays, &mut batch.hits);
         for (gathered, hit) in batch.gathered.iter().zip(&batch.hits) {
+            let object = hit.as_ref().map(|(object, _)| *object);
+            let from = &mut batch.estimates[gathered.to];
+            let flat_lights = outlook.iter().flat_map(|o| o.objects());
+            for (light, known) in flat_lights.filter(|(light, _)| Some(*light) != object) {
+                from.light.direct += self.hidden(&from.receiver, gathered, light) * -known;
+            }
             let Some((object, hit)) = hit else { continue };
             let vertex = self.scene.refined_vertex(*object, hit, -gathered.sample.direction);
-            let estimate = self.look(&mut batch.estimates[gathered.to], gathered, &vertex);
+            let unknown = 1.0 - share(outlook, *object);
+            let estimate = self.look(from, gathered, &vertex, unknown);
             batch.estimates.extend(estimate);
         }
     }
 
-    /// Takes up what a gathering ray sees, and gives the estimate that goes on there unless roulette ends it.
+    /// Gives the light that a gathering ray would see at an object that emits, if nothing hid it.
+    fn hidden(&self, receiver: &Receiver, gathered: &Gathered, object: usize) -> Rgb {
+        let BrdfSample { direction, .. } = gathered.sample;
+        let surface = &self.scene.objects()[object].surface;
+        let hit = surface.hit(&receiver.hit.leave(direction));
+        hit.map_or(Rgb::BLACK, |hit| {
+            let vertex = self.scene.refined_vertex(object, &hit, -direction);
+            self.emission(receiver, gathered, &vertex)
+        })
+    }
+
+    /// Gives the share of a gathering ray in the light that a surface by itself sends along it.
+    fn emission(&self, receiver: &Receiver, gathered: &Gathered, vertex: &Vertex) -> Rgb {
+        let emitted = vertex.emitted();
+        if emitted.is_black() {
+            return emitted;
+        }
+        let kernel = kernel(receiver, gathered, vertex);
+        let share = self.weighting.start_share(kernel, self.launcher.start_density(vertex));
+        gathered.sample.weight * emitted * (1.0 - share)
+    }
+
+    /// Takes up what a gathering ray sees, of its emission the unknown part, and gives the estimate that goes on there unless roulette ends it.
     fn look(
         &self,
         from: &mut Estimate<'a>,
         gathered: &Gathered,
         vertex: &Vertex<'a>,
+        unknown: f64,
     ) -> Option<Estimate<'a>> {
-        let BrdfSample { weight, density, .. } = gathered.sample;
-        let cos = vertex.normal.dot(vertex.outgoing);
-        if cos <= 0.0 {
+        let weight = gathered.sample.weight;
+        if vertex.normal.dot(vertex.outgoing) <= 0.0 {
             return None;
         }
-        let to_vertex = vertex.hit.point - from.receiver.hit.point;
-        let kernel = PI * density * cos / to_vertex.length_squared();
-        let emitted = vertex.emitted();
-        if !emitted.is_black() {
-            let share = self.weighting.start_share(kernel, self.launcher.start_density(vertex));
-            from.light.direct += weight * emitted * (1.0 - share);
-        }
+        from.light.direct += self.emission(&from.receiver, gathered, vertex) * unknown;
+        let kernel = kernel(&from.receiver, gathered, vertex);
         let peak = vertex.brdf().peak(vertex.normal, vertex.outgoing);
         let rest = 1.0 - self.weighting.share(kernel, peak);
         // Roulette on what the vertex can return at most ends the recursion without bias.
@@ -290,16 +332,28 @@ impl<'a> Connector<'a> {
     }
 }
 
+/// Gives how much an outlook knows of an object's light.
+fn share(outlook: Option<&Outlook>, object: usize) -> f64 {
+    outlook.map_or(0.0, |outlook| outlook.share(object))
+}
+
+/// Gives K between a receiver and what its gathering ray found.
+fn kernel(receiver: &Receiver, gathered: &Gathered, vertex: &Vertex) -> f64 {
+    let cos = vertex.normal.dot(vertex.outgoing);
+    PI * gathered.sample.density * cos / (vertex.hit.point - receiver.hit.point).length_squared()
+}
+
 impl<'a> Estimate<'a> {
     fn new(receiver: Receiver<'a>, walk: &'a [Node<'a>], stream: Stream) -> Self {
         Self { receiver, walk, stream, light: Light::default(), beyond: None }
     }
 
-    fn receive(&mut self, connection: &Connection) {
+    fn receive(&mut self, connection: &Connection, factor: f64) {
+        let light = connection.light * factor;
         match (connection.source, &mut self.beyond) {
-            (Source::PointLight, Some(beyond)) => beyond.point_lights += connection.light,
-            (Source::PointLight | Source::Start, _) => self.light.direct += connection.light,
-            (Source::Reflection, _) => self.light.indirect += connection.light,
+            (Source::PointLight, Some(beyond)) => beyond.point_lights += light,
+            (Source::PointLight | Source::Start, _) => self.light.direct += light,
+            (Source::Reflection, _) => self.light.indirect += light,
         }
     }
 }
@@ -357,15 +411,18 @@ mod tests {
         // Near an edge most is gathered, over several levels.
         let sensor = Sensor::plane(DVec3::new(0.02, 2.0, 0.0), DVec3::Z);
         let receiver = Receiver::sensor(&sensor);
+        let outlook = launcher.outlook(&receiver);
         for weighting in [Weighting::Walk, Weighting::of(&scene)] {
             let connector = Connector::new(&scene, &launcher, weighting);
             let mut batch = Batch::default();
             let items = || walks.iter().map(Vec::as_slice).zip((0..).map(|i| stream(2, i)));
-            let together: Vec<Light> = connector.estimate(&mut batch, &receiver, items()).collect();
+            let together: Vec<Light> =
+                connector.estimate(&mut batch, &receiver, &outlook, items()).collect();
             let went_on = batch.estimates.len() > walks.len();
             assert_eq!(went_on, weighting != Weighting::Walk);
             for (item, &light) in items().zip(&together) {
-                let alone = connector.estimate(&mut batch, &receiver, std::iter::once(item));
+                let alone =
+                    connector.estimate(&mut batch, &receiver, &outlook, std::iter::once(item));
                 assert_eq!(alone.collect::<Vec<_>>(), [light]);
             }
             assert!(together.iter().any(|l| !l.direct.is_black()));

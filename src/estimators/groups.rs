@@ -59,7 +59,11 @@ impl GroupSummary {
             mean: Bracket::around(mean.mean, mean.half_width(ALPHA)),
             least: brackets(plain).reduce(Bracket::min)?,
             largest: brackets(plain).reduce(Bracket::max)?,
-            uniformity: if mean.mean > 0.0 { brackets(ratio).reduce(Bracket::min) } else { None },
+            uniformity: if mean.mean > 0.0 {
+                brackets(ratio).reduce(Bracket::min).map(Bracket::within_one)
+            } else {
+                None
+            },
         })
     }
 }
@@ -94,8 +98,15 @@ impl Bracket {
         !(self.low.is_nan() || self.high.is_nan())
     }
 
+    /// Makes the interval about a value that cannot be negative.
     fn around(value: f64, half_width: f64) -> Self {
-        Self { value, low: value - half_width, high: value + half_width }
+        let low = value - half_width;
+        Self { value, low: if low < 0.0 { value.min(0.0) } else { low }, high: value + half_width }
+    }
+
+    /// Cuts off what is above 1, which a uniformity cannot be.
+    fn within_one(self) -> Self {
+        Self { high: if self.high > 1.0 { self.value.max(1.0) } else { self.high }, ..self }
     }
 
     fn min(self, other: Self) -> Self {

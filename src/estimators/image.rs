@@ -219,7 +219,7 @@ impl<'a> Pass<'a> {
         let film = corner + DVec2::new(tent(u), tent(v));
         let Some(vertex) = self.scene.vertex(&camera.ray(film)) else { return Rgb::BLACK };
         let receiver = Receiver::reflecting(&vertex);
-        let direct = direct::point_lights(self.scene, &receiver);
+        let mut direct = direct::point_lights(self.scene, &receiver);
         let indices =
             (0..WALKS_PER_SAMPLE as u64).map(|k| self.round * WALKS_PER_SAMPLE as u64 + k);
         let rest: Rgb = match self.settings.estimator {
@@ -233,7 +233,10 @@ impl<'a> Pass<'a> {
                 let walks = &self.walks[block * WALKS_PER_SAMPLE..];
                 let walks = walks.iter().map(Vec::as_slice);
                 let walks = walks.zip(indices.map(|i| stream(GATHER, i)));
-                self.connector.estimate(batch, &receiver, walks).map(|light| light.total()).sum()
+                let outlook = self.connector.outlook(&receiver);
+                direct += outlook.light;
+                let lights = self.connector.estimate(batch, &receiver, &outlook, walks);
+                lights.map(|light| light.total()).sum()
             }
         };
         vertex.emitted() + direct + rest / WALKS_PER_SAMPLE as f64

@@ -12,6 +12,7 @@ use crate::scene::{Measured, Scene, Sensor, Vertex};
 
 use super::connect::{Batch, Connector, Light, Weighting};
 use super::direct;
+use super::flat_lights::Outlook;
 use super::path::PathTracer;
 use super::photon::{self, Counter};
 use super::radiosity::{self, Exchange, RadiositySettings};
@@ -139,12 +140,18 @@ fn survey(
         let lit = receiver.as_ref().filter(|_| !counts);
         own(i) + lit.map_or(Rgb::BLACK, |r| direct::point_lights(scene, r))
     };
-    let points: Vec<Rgb> = receivers.par_iter().enumerate().map(exact).collect();
+    let outlook = |receiver: &Option<Receiver>| match (settings.estimator, receiver) {
+        (SensorEstimator::Local(_), Some(receiver)) => launcher.outlook(receiver),
+        _ => Outlook::default(),
+    };
+    let outlooks: Vec<Outlook> = receivers.par_iter().map(outlook).collect();
+    let points = receivers.par_iter().enumerate().map(exact).zip(&outlooks);
+    let points: Vec<Rgb> = points.map(|(exact, outlook)| exact + outlook.light).collect();
     if let SensorEstimator::Radiosity(radiosity) = &settings.estimator {
         return radiosity::survey(scene, receivers, &points, radiosity, settings.stop, observer);
     }
     let counters = counters(scene, receivers, settings.estimator)?;
-    let survey = Run { scene, launcher: &launcher, settings, receivers, counters };
+    let survey = Run { scene, launcher: &launcher, settings, receivers, outlooks, counters };
     let mut sums = vec![[Sum::default(); REPLICATES]; receivers.len()];
     let mut control = Control::new(settings.stop);
     let (mut done, mut escaped) = (0, 0.0);
@@ -153,7 +160,7 @@ fn survey(
         .walks
         .map_or(FIRST_ROUND, |w| w.div_ceil(REPLICATES as u64).clamp(1, FIRST_ROUND));
     let ending = loop {
-        let block = (target - done).min(LARGEST_BLOCK);
+        let block = (target - done).min(LARGEST_BLOCK).min(control.affordable(done));
         escaped += survey.add_walks(done, block, &mut sums);
         done += block;
         let walks = done * REPLICATES as u64;
@@ -213,6 +220,8 @@ struct Run<'a> {
     launcher: &'a Launcher<'a>,
     settings: &'a SensorSettings,
     receivers: &'a [Option<Receiver<'a>>],
+    /// What each receiver knows of flat lights.
+    outlooks: Vec<Outlook>,
     /// Where photons are counted.
     counters: Vec<Option<Counter<'a>>>,
 }
@@ -282,7 +291,8 @@ impl Run<'_> {
                 for walks in walks.chunks(CONNECTED_TOGETHER) {
                     let walks = walks.iter().map(|walk| walk.nodes.as_slice());
                     let walks = walks.zip(streams.by_ref());
-                    connector.estimate(&mut batch, receiver, walks).for_each(&mut add);
+                    let outlook = &self.outlooks[sensor];
+                    connector.estimate(&mut batch, receiver, outlook, walks).for_each(&mut add);
                 }
             }
         }

@@ -2,7 +2,9 @@
 //! the counting of photons as the baselines.
 
 mod connect;
+mod contour;
 mod direct;
+mod flat_lights;
 mod groups;
 mod image;
 mod local;

@@ -92,6 +92,13 @@ impl Control {
         self.stop == Stop::default()
     }
 
+    /// Gives how many of a run's steps, of which `done` are done, the time left is enough for; at least one.
+    pub(super) fn affordable(&self, done: u64) -> u64 {
+        let Some(limit) = self.stop.time.filter(|_| done > 0) else { return u64::MAX };
+        let left = limit.saturating_sub(self.elapsed()).as_secs_f64();
+        ((left / self.elapsed().as_secs_f64() * done as f64) as u64).max(1)
+    }
+
     /// Tells whether the time is up.
     pub(super) fn is_late(&self) -> bool {
         self.stop.time.is_some_and(|limit| self.elapsed() >= limit)

@@ -9,6 +9,9 @@ use crate::math::{Ray, Rgb, Stream, sampling};
 use crate::scene::{Emitter, PointLight, Scene, Vertex};
 use crate::{Error, Result};
 
+use super::flat_lights::{FlatLights, Outlook};
+use super::receiver::Receiver;
+
 /// Holds a point of a walk that can be connected to receivers.
 #[derive(Debug, Clone, Copy)]
 pub struct Node<'a> {
@@ -44,6 +47,7 @@ const FAINT: f64 = 0.25;
 pub struct Launcher<'a> {
     scene: &'a Scene,
     sources: Vec<Source<'a>>,
+    flat_lights: FlatLights,
     /// Ascending sums of the sources' powers, lm.
     cumulative: Vec<f64>,
 }
@@ -75,12 +79,17 @@ impl<'a> Launcher<'a> {
                     .into(),
             ));
         }
-        Ok(Self { scene, sources, cumulative })
+        Ok(Self { scene, sources, flat_lights: FlatLights::of(scene), cumulative })
     }
 
     /// Gives the power, lm, that all sources are counted with when one is picked.
     pub fn power(&self) -> f64 {
         self.cumulative.last().copied().unwrap_or(0.0)
+    }
+
+    /// Looks at the flat lights from a receiver.
+    pub(super) fn outlook(&self, receiver: &Receiver) -> Outlook {
+        self.flat_lights.seen_from(self.scene, receiver)
     }
 
     /// Gives the density, 1/m2, with which walks start at a point of an emitting object.

@@ -50,10 +50,10 @@ impl Estimate {
         self.standard_error / self.mean.abs()
     }
 
-    /// Gives how far the estimate lies above an exact value, in standard errors; 0 where both are the same.
+    /// Gives how far the estimate lies above an exact value, in standard errors; 0 where they differ by rounding, at most 1e-13 of the value.
     pub fn deviation(&self, exact: f64) -> f64 {
         let difference = self.mean - exact;
-        if difference == 0.0 { 0.0 } else { difference / self.standard_error }
+        if difference.abs() <= 1e-13 * exact.abs() { 0.0 } else { difference / self.standard_error }
     }
 
     /// Tells whether `reference` (with its own standard error) is consistent with the estimate when `count` values are judged

@@ -15,7 +15,7 @@ use crate::io::scene_file::{
     self, BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec,
     ObjectSpec, PlacementSpec, PointsSpec, SceneFile, SensorSpec, ShSpec, Strength,
 };
-use crate::math::Placement;
+use crate::math::{Placement, Ray};
 use crate::scene::{
     Distribution, Glossy, Material, Object, Perspective, PointLight, Scene, Sensor,
 };
@@ -106,7 +106,7 @@ pub fn load_seen(file: &SceneFile, camera: Option<&Perspective>) -> Result<Loade
     let solids: Vec<Solid> = built.iter().filter_map(|b| Solid::new(&b.object, b.body)).collect();
     let mut warnings = faulty_meshes(&built);
     warnings.extend(overlaps(&solids));
-    let lights = lights(file, &solids)?;
+    let lights = lights(file, &built, &solids)?;
     warnings.extend(misplaced_cameras(file, &solids));
     let fits = built
         .iter()
@@ -266,9 +266,17 @@ fn at_file(file: &SceneFile, key: &[&str], named: &FileRef, error: Error) -> Err
     file.source.error(key, message, None)
 }
 
-fn lights(file: &SceneFile, solids: &[Solid]) -> Result<Vec<PointLight>> {
+fn lights(file: &SceneFile, built: &[Built], solids: &[Solid]) -> Result<Vec<PointLight>> {
     let mut lights = Vec::new();
+    let objects = || built.iter().map(|b| &b.object);
     for (name, spec) in &file.lights {
+        if let Some(object) = objects().find(|o| lies_on(&*o.surface, spec.at)) {
+            return Err(file.source.error(
+                &["lights", name, spec.type_name(), "at"],
+                format!("light `{name}` is on the surface of `{}`", object.name),
+                Some("move it off, by a millimetre if it is mounted there".to_owned()),
+            ));
+        }
         if let Some(solid) = solids.iter().find(|s| s.is_behind(spec.at)) {
             return Err(file.source.error(
                 &["lights", name, spec.type_name(), "at"],
@@ -284,6 +292,18 @@ fn lights(file: &SceneFile, solids: &[Solid]) -> Result<Vec<PointLight>> {
         lights.push(light(name, spec));
     }
     Ok(lights)
+}
+
+/// Tells whether a point is on a surface, as well as numbers of its size can say: whether one of three rays towards it meets the surface there.
+fn lies_on(surface: &dyn Surface, point: DVec3) -> bool {
+    let size = point.abs().max_element().max(1e-3);
+    let (run, rounding) = (1e-3 * size, 1e-12 * size);
+    [DVec3::X, DVec3::Y, DVec3::Z].into_iter().any(|axis| {
+        // From a little beside an axis, so that no edge of a box is met.
+        let direction = (axis + DVec3::new(0.013, 0.017, 0.019)).normalize();
+        let hit = surface.hit(&Ray::new(point - run * direction, direction));
+        hit.is_some_and(|hit| (hit.distance - run).abs() <= rounding + hit.error)
+    })
 }
 
 /// Makes the light that a file describes; a flux is turned into the intensity that gives it.

@@ -27,18 +27,20 @@ pub struct Judged {
     pub verdict: Verdict,
 }
 
-/// Judges all requirements on a group of sensors; where no interval is known, by the value alone.
-pub fn judge(require: &RequireSpec, summary: &GroupSummary) -> Vec<Judged> {
-    let dark = Bracket { value: 0.0, low: 0.0, high: 0.0 };
+/// Judges all requirements on a group of sensors; where no interval is known, by the value alone. Without a summary, for no sensor counts, nothing is
+/// decided.
+pub fn judge(require: &RequireSpec, summary: Option<&GroupSummary>) -> Vec<Judged> {
+    let exact = |value| Bracket { value, low: value, high: value };
+    let (dark, unknown) = (exact(0.0), exact(f64::NAN));
     require
         .limits()
         .map(|(quantity, limit)| {
-            let found = match quantity {
+            let found = summary.map_or(unknown, |summary| match quantity {
                 Quantity::Mean => summary.mean,
                 Quantity::Least => summary.least,
                 Quantity::Largest => summary.largest,
                 Quantity::Uniformity => summary.uniformity.unwrap_or(dark),
-            };
+            });
             Judged { quantity, limit, found, verdict: verdict(limit, found) }
         })
         .collect()
@@ -84,5 +86,8 @@ mod tests {
         // Nothing is known of what is not a number.
         let nan = Bracket { value: f64::NAN, low: f64::NAN, high: f64::NAN };
         assert_eq!(verdict(Limit::AtLeast(1.0), nan), Verdict::Undecided);
+        let dark = RequireSpec { mean_max: Some(1.0), ..RequireSpec::default() };
+        let judged = judge(&dark, None);
+        assert!(judged.len() == 1 && judged[0].verdict == Verdict::Undecided);
     }
 }

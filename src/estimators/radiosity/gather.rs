@@ -1,8 +1,8 @@
 //! The final gather: what a receiver gets from the patches, each seen in its contour.
 
 use super::super::connect::Light;
+use super::super::contour;
 use super::super::receiver::Receiver;
-use super::contour;
 use super::patches::{Patches, sign};
 use super::shooting::Solution;
 use crate::math::{Ray, Rgb};

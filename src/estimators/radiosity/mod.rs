@@ -11,7 +11,6 @@
 //! Limits: Lambertian reflection only; bounded surfaces only; every triangle of a mesh is a patch, shaded flat; time grows with the square of the number of
 //! patches.
 
-mod contour;
 mod gather;
 mod patches;
 mod shooting;

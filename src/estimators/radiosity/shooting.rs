@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
+use super::super::contour;
 use super::super::direct;
 use super::super::receiver::Receiver;
 use super::super::replicates::{Control, Ending, Observer};
 use super::Exchange;
-use super::contour;
 use super::patches::{Patches, facing, sign};
 use crate::math::{Ray, Rgb};
 use crate::scene::Scene;

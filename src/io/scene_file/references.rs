@@ -8,7 +8,7 @@ use super::source::Source;
 use super::suggest::suggest;
 use crate::Result;
 
-/// Checks that `name`, written at `key`, is one of the things; `what` is their singular.
+/// Checks that `name`, written at `key`, is one of the things; `what` is their singular, of which the first word gets the plural.
 pub(super) fn check<T>(
     name: &str,
     things: &BTreeMap<String, T>,
@@ -20,7 +20,8 @@ pub(super) fn check<T>(
         return Ok(());
     }
     let names: Vec<&String> = things.keys().collect();
-    let help = suggest(name, &names, &format!("{what}s"));
+    let (noun, rest) = what.split_at(what.find(' ').unwrap_or(what.len()));
+    let help = suggest(name, &names, &format!("{noun}s{rest}"));
     Err(source.error(key, format!("unknown {what} `{name}`"), Some(help)))
 }
 

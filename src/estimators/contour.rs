@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-use super::super::receiver::Receiver;
+use super::receiver::Receiver;
 
 /// Gives the configuration factor of a quadrilateral at `point` for the unit `normal`, its projected solid angle over pi: E = B times it. Positive where the
 /// contour runs counter-clockwise as seen from the point, negative from behind; what is below the horizon is cut off.
