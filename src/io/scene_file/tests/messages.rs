@@ -21,7 +21,7 @@ pub(super) const BAD_KEYS: &[Damage] = &[
     ("materials.walls.lambert", "materials.walls.lambrt",
         "2:18: unknown type `lambrt` in [materials.walls]\n  help: did you mean `lambert`?"),
     ("materials.walls.lambert", "materials.walls",
-        "3:1: unknown type `reflectance` in [materials.walls]\n  help: write [materials.walls.lambert]; the types of materials are: `lambert`"),
+        "3:1: unknown type `reflectance` in [materials.walls]\n  help: write [materials.walls.lambert]; the types of materials are: `lambert`, `metal` and `coated`"),
     ("materials.walls.lambert", "material.walls.lambert",
         "2:2: unknown key `material`\n  help: did you mean `materials`?"),
     ("[materials.walls.lambert]", "[demand]\n[materials.walls.lambert]",
@@ -41,7 +41,7 @@ pub(super) const BAD_KEYS: &[Damage] = &[
     ("[lights.lamp.point]", "[objects.room.sphere]\n[lights.lamp.point]",
         "12:15: [objects.room] has more than one type: `box` and `sphere`\n  help: a thing has one type; give the other one a name of its own"),
     ("[lights.lamp.point]", "[materials.\"a b\".lamb]\n[lights.lamp.point]",
-        "12:18: unknown type `lamb` in [materials.\"a b\"]\n  help: write [materials.\"a b\".lambert]; the types of materials are: `lambert`"),
+        "12:18: unknown type `lamb` in [materials.\"a b\"]\n  help: write [materials.\"a b\".lambert]; the types of materials are: `lambert`, `metal` and `coated`"),
 ];
 
 /// Text that is not TOML.
