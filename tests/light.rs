@@ -148,9 +148,8 @@ fn cylinders_measure_what_their_formulas_say() {
     let at = DVec3::new(1.0, 2.0, 1.2);
     let facing = DVec3::Y;
     let points = [Measure::Cylinder, Measure::SemiCylinder { facing }].map(|measure| Sensor {
-        at,
-        normal: DVec3::Z,
         measure,
+        ..Sensor::plane(at, DVec3::Z)
     });
     let size = DVec3::new(4.0, 5.0, 3.0);
     // A furnace of luminance 30: pi L whatever is lit.

@@ -71,6 +71,21 @@ impl MeshSurface {
         self.tree.bytes() + size_of_val(&self.blocks[..])
     }
 
+    /// Describes every vertex as a hit: its normal is the mean of the faces around it weighted by area, and its part the largest of
+    /// them, whose normal it has where they cancel. `None` for a vertex of no face that has an area.
+    pub fn vertices(&self) -> Vec<Option<Hit>> {
+        let mut around = vec![Around::default(); self.mesh.positions().len()];
+        for (face, triangle) in self.mesh.triangles().iter().enumerate() {
+            let area = self.mesh.area_vector(face);
+            let [a, b, c] = self.mesh.corners(face);
+            let size = a.abs() + (b - a).abs() + (c - a).abs();
+            for &vertex in triangle {
+                around[vertex as usize].add(face as u32, area, GAMMA_7 * size.length());
+            }
+        }
+        self.mesh.positions().iter().zip(&around).map(|(at, around)| around.hit(*at)).collect()
+    }
+
     #[inline(always)]
     fn closest<S: Simd>(&self, simd: S, ray: &Ray) -> Option<Hit> {
         let shear = Shear::new(simd, ray);
@@ -182,6 +197,35 @@ impl SampleArea for MeshSurface {
 
     fn density(&self, _: &Hit) -> f64 {
         1.0 / self.area()
+    }
+}
+
+/// Gathers the faces around a vertex.
+#[derive(Debug, Clone, Copy, Default)]
+struct Around {
+    /// The sum of their area vectors.
+    sum: DVec3,
+    /// The area vector of the largest, and its number.
+    largest: (DVec3, u32),
+    /// The largest error bound of a hit on them.
+    error: f64,
+}
+
+impl Around {
+    fn add(&mut self, face: u32, area: DVec3, error: f64) {
+        self.sum += area;
+        self.error = self.error.max(error);
+        if area.length_squared() > self.largest.0.length_squared() {
+            self.largest = (area, face);
+        }
+    }
+
+    fn hit(&self, point: DVec3) -> Option<Hit> {
+        let (largest, part) = self.largest;
+        // What roundings leave of faces that cancel is no direction.
+        let clear = self.sum.length() > 1e-9 * largest.length();
+        let normal = if clear { self.sum } else { largest }.try_normalize()?;
+        Some(Hit { distance: 0.0, point, normal, shading_normal: normal, error: self.error, part })
     }
 }
 
