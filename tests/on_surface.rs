@@ -7,9 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 use glam::DVec3;
-use harmolux::estimators::{
-    SensorEstimator, SensorSettings, Stop, Survey, Weighting, illuminance,
-};
+use harmolux::estimators::{SensorEstimator, SensorSettings, Stop, Survey, Weighting, illuminance};
 use harmolux::io::coefficients::{SeriesFormat, Shape, WriteOptions, encode};
 use harmolux::io::meshes;
 use harmolux::io::scene_file::SceneFile;
@@ -44,7 +42,8 @@ material = \"black\"
 /// A folder with a unit ball of degree 0, a cube and a prism over an L as files.
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().expect("a folder");
-    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("written");
+    let write =
+        |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("written");
     let mut ball = Coefficients::zeros(0);
     ball.set(0, 0, 1.0, 0.0);
     fs::write(folder.path().join("ball.sh"), series(ball)).expect("written");
@@ -66,7 +65,8 @@ fn folder() -> TempDir {
 }
 
 fn series(coefficients: Coefficients) -> Vec<u8> {
-    encode(&Shape::new(coefficients), SeriesFormat::Text, &WriteOptions::default()).expect("encodes")
+    encode(&Shape::new(coefficients), SeriesFormat::Text, &WriteOptions::default())
+        .expect("encodes")
 }
 
 fn scene(folder: &TempDir, more: &str) -> Loaded {
@@ -95,8 +95,11 @@ fn lit(at: DVec3, normal: DVec3) -> f64 {
 #[test]
 fn sphere_under_a_lamp_has_the_closed_form() {
     let folder = folder();
-    for (layout, count) in [("points = 2000", 2000), ("vertices = true\npoints = 2000", 10 * 225 + 2)] {
-        let loaded = scene(&folder, &format!("{BALL}[sensors.s.surface]\non = \"ball\"\n{layout}\n"));
+    for (layout, count) in
+        [("points = 2000", 2000), ("vertices = true\npoints = 2000", 10 * 225 + 2)]
+    {
+        let loaded =
+            scene(&folder, &format!("{BALL}[sensors.s.surface]\non = \"ball\"\n{layout}\n"));
         let group = &loaded.sensors[0];
         assert_eq!(group.sensors.len(), count);
         let survey = survey(&loaded, 64);
@@ -125,11 +128,17 @@ fn convex_bodies() -> Vec<(&'static str, &'static str)> {
     vec![
         ("sh", "file = \"ball.sh\"\ndegree = 0\n"),
         ("sh", "file = \"ball.sh\"\ndegree = 0\nintersector = \"certified\"\n"),
-        ("sh", "file = \"ball.sh\"\ndegree = 0\nat = [0.1, 0.2, -0.4]\nscale = 0.01\nrotate = { axis = [1, 2, 3], degrees = 77 }\n"),
+        (
+            "sh",
+            "file = \"ball.sh\"\ndegree = 0\nat = [0.1, 0.2, -0.4]\nscale = 0.01\nrotate = { axis = [1, 2, 3], degrees = 77 }\n",
+        ),
         ("sh", "file = \"ball.sh\"\ndegree = 0\nat = [-300, 200, -50]\nscale = 3\n"),
         ("mesh", "file = \"cube.off\"\n"),
         ("mesh", "file = \"cube.off\"\nsmooth = true\n"),
-        ("mesh", "file = \"cube.off\"\nat = [-300, 200, -50]\nscale = 0.02\nrotate = { axis = [1, 2, 3], degrees = 77 }\n"),
+        (
+            "mesh",
+            "file = \"cube.off\"\nat = [-300, 200, -50]\nscale = 0.02\nrotate = { axis = [1, 2, 3], degrees = 77 }\n",
+        ),
         ("sphere", "centre = [-300, 200, -50]\nradius = 0.5\n"),
         ("box", "min = [-1, -2, -1]\nmax = [1, -1, 2]\n"),
         ("disc", "centre = [0, 0, 0]\nnormal = [1, 1, 1]\nradius = 1\n"),
@@ -284,13 +293,24 @@ fn map_of_a_mesh_is_that_mesh_with_its_illuminance() {
                 [sensors.all.surface]\non = \"cube\"\nvertices = true\n";
     let (code, said) = illum(&folder, cube, &["-o", "map.ply", "-o", "map.csv"]);
     assert_eq!(code, 0, "{said}");
-    assert!(said.contains("map.ply: viridis from 0 to") && said.contains("written map.ply"), "{said}");
+    assert!(
+        said.contains("map.ply: viridis from 0 to") && said.contains("written map.ply"),
+        "{said}"
+    );
     let bytes = fs::read(folder.path().join("map.ply")).expect("written");
     let head = String::from_utf8_lossy(&bytes[..600]).into_owned();
-    for line in ["element vertex 8", "property float nz", "property float illuminance", "property float half_width", "property uchar red", "element face 12"] {
+    for line in [
+        "element vertex 8",
+        "property float nz",
+        "property float illuminance",
+        "property float half_width",
+        "property uchar red",
+        "element face 12",
+    ] {
         assert!(head.contains(&format!("{line}\n")), "{head}");
     }
-    let [map, cube] = ["map.ply", "cube.off"].map(|n| meshes::read(&folder.path().join(n)).expect("read"));
+    let [map, cube] =
+        ["map.ply", "cube.off"].map(|n| meshes::read(&folder.path().join(n)).expect("read"));
     assert_eq!(map.triangles(), cube.triangles());
     for (there, here) in map.positions().iter().zip(cube.positions()) {
         assert!(there.distance(0.5 * *here + DVec3::new(0.0, 0.0, 5.0)) <= 1e-15);
@@ -316,9 +336,14 @@ fn map_takes_one_group_and_says_which() {
     let spot = "[sensors.spot.points]\nat = [[0, 0, 4]]\nnormal = [0, 0, 1]\n";
     let (code, said) = illum(&folder, &format!("{BALL}{spot}"), &["-o", "a.ply"]);
     assert!(code == 3 && said.contains("no sensors of kind surface"), "{said}");
-    let two = format!("{BALL}{spot}[sensors.a.surface]\non = \"ball\"\npoints = 5\n[sensors.b.surface]\non = \"ball\"\npoints = 7\n");
+    let two = format!(
+        "{BALL}{spot}[sensors.a.surface]\non = \"ball\"\npoints = 5\n[sensors.b.surface]\non = \"ball\"\npoints = 7\n"
+    );
     let (code, said) = illum(&folder, &two, &["-o", "map.ply"]);
-    assert!(code == 3 && said.contains("holds one group") && said.contains("-o a.ply -o b.ply"), "{said}");
+    assert!(
+        code == 3 && said.contains("holds one group") && said.contains("-o a.ply -o b.ply"),
+        "{said}"
+    );
     let (code, said) = illum(&folder, &two, &["-o", "a.ply", "-o", "b.ply"]);
     assert_eq!(code, 0, "{said}");
     let head = fs::read(folder.path().join("b.ply")).expect("written");

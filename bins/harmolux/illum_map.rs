@@ -30,7 +30,8 @@ impl MapTarget {
     pub(crate) fn open(path: &Path, file: &SceneFile, verb: &Illum) -> Result<Self> {
         let surfaces = file.sensors.iter().filter(|(_, s)| matches!(s, SensorSpec::Surface(_)));
         let names: Vec<&String> = surfaces.map(|(name, _)| name).collect();
-        let named = names.iter().find(|name| path.file_stem().is_some_and(|stem| stem == name.as_str()));
+        let named =
+            names.iter().find(|name| path.file_stem().is_some_and(|stem| stem == name.as_str()));
         let group = match (names.as_slice(), named) {
             (_, Some(name)) | ([name], None) => (*name).clone(),
             ([], None) => {
@@ -56,14 +57,16 @@ impl MapTarget {
 
     /// Writes the group: position, normal, illuminance, half width and false colour of each sensor, viridis from 0 to the largest illuminance.
     pub(crate) fn write(self, groups: &[Group]) -> Result<()> {
-        let Some(group) = groups.iter().find(|group| group.name == self.group) else { return Ok(()) };
+        let Some(group) = groups.iter().find(|group| group.name == self.group) else {
+            return Ok(());
+        };
         let counting = group.results.iter().zip(group.behind).filter(|(_, b)| b.is_none());
         let largest = counting.map(|(r, _)| r.total.mean).fold(0.0, f64::max);
         let scale = format!("viridis from 0 to {} lx", say::significant(largest, 4));
         let colour = |value: f64| viridis(if largest > 0.0 { value / largest } else { 0.0 });
         let colours = group.results.iter().zip(group.behind);
-        let colours = colours
-            .map(|(r, behind)| if behind.is_some() { BEHIND } else { colour(r.total.mean) });
+        let colours =
+            colours.map(|(r, behind)| if behind.is_some() { BEHIND } else { colour(r.total.mean) });
         let samples = SurfaceSamples {
             comment: format!("illuminance and half_width (95 %) in lx; colours: {scale}"),
             positions: group.sensors.iter().map(|s| s.at).collect(),

@@ -7,7 +7,7 @@
 /// assert_eq!((viridis(0.0), viridis(2.0)), ([68, 1, 84], [253, 231, 37]));
 /// ```
 pub fn viridis(share: f64) -> [u8; 3] {
-    // `max` passes a number on where the other is none.
-    let colour = colorous::VIRIDIS.eval_continuous(share.max(0.0).min(1.0));
+    let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
+    let colour = colorous::VIRIDIS.eval_continuous(share);
     [colour.r, colour.g, colour.b]
 }

@@ -4,7 +4,7 @@
 //! of n strips of equal area, at frac(1/2 + i sqrt 2) of its width, and at frac(1/2 + i / golden ratio) along it: a Fibonacci lattice that no symmetry of
 //! a mesh is in step with. It is the same on every machine and for every number of threads.
 
-use std::f64::consts::{GOLDEN_RATIO, SQRT_2};
+use std::f64::consts::SQRT_2;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -17,9 +17,7 @@ use crate::io::scene_file::{
 use crate::math::Ray;
 use crate::scene::{Measure, Object, Sensor};
 use crate::sh::Coefficients;
-use crate::surface::{
-    Hit, Instance, Mesh, MeshSurface, Resolution, ShSurface, tessellate,
-};
+use crate::surface::{Hit, Instance, Mesh, MeshSurface, Resolution, ShSurface, tessellate};
 
 /// The kinds of surface whose vertices can be asked for.
 #[derive(Clone)]
@@ -97,9 +95,9 @@ fn even(count: u32, sensor: impl Fn(DVec2) -> Sensor + Sync) -> Laid {
 
 /// Gives point `i` of `count` of the unit square.
 fn lattice(i: u32, count: u32) -> DVec2 {
-    let i = f64::from(i);
+    let (i, golden_ratio) = (f64::from(i), 0.5 * (1.0 + 5.0_f64.sqrt()));
     let along = (i + (0.5 + i * SQRT_2).fract()) / f64::from(count);
-    DVec2::new(along, (0.5 + i / GOLDEN_RATIO).fract())
+    DVec2::new(along, (0.5 + i / golden_ratio).fract())
 }
 
 fn on_face(count: u32, solid: &BoxSpec, face: BoxFace, measure: Measure) -> Laid {

@@ -29,9 +29,8 @@ impl AreaMap {
     pub(super) fn new(body: &RadialBody) -> Self {
         let lmax = body.series().coefficients().lmax();
         let (rings, azimuths) = (2 * lmax + 8, 4 * lmax + 16);
-        let azimuths: Vec<DVec2> = (0..azimuths)
-            .map(|j| DVec2::from_angle(TAU * j as f64 / azimuths as f64))
-            .collect();
+        let azimuths: Vec<DVec2> =
+            (0..azimuths).map(|j| DVec2::from_angle(TAU * j as f64 / azimuths as f64)).collect();
         let mut bands = vec![0.0; rings];
         for (z, weight) in Rule::gauss_legendre(rings).iter() {
             let ring = areas(body, z, &azimuths);
@@ -183,7 +182,10 @@ mod tests {
         let body = body();
         let h = 1e-5;
         for i in 0..400 {
-            let u = DVec2::new(0.02 + 0.96 * (f64::from(i) + 0.5) / 400.0, 0.618_034 * f64::from(i) % 0.99 + 0.005);
+            let u = DVec2::new(
+                0.02 + 0.96 * (f64::from(i) + 0.5) / 400.0,
+                0.618_034 * f64::from(i) % 0.99 + 0.005,
+            );
             let at = |d: DVec2| body.uniform(u + h * d).point;
             let along = (at(DVec2::X) - at(DVec2::NEG_X)) / (2.0 * h);
             let around = (at(DVec2::Y) - at(DVec2::NEG_Y)) / (2.0 * h);

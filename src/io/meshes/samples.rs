@@ -81,7 +81,8 @@ impl SurfaceSamples<'_> {
             let _ = writeln!(text, "comment {}", self.comment);
         }
         let _ = writeln!(text, "element vertex {}", self.positions.len());
-        let floats = ["nx", "ny", "nz"].into_iter().chain(self.values.iter().map(|(name, _)| *name));
+        let floats =
+            ["nx", "ny", "nz"].into_iter().chain(self.values.iter().map(|(name, _)| *name));
         for (kind, name) in ["x", "y", "z"]
             .into_iter()
             .map(|name| ("double", name))
@@ -126,13 +127,17 @@ mod tests {
         assert!(!String::from_utf8_lossy(&cloud).contains("face"));
         // After the header each row: 3 doubles, 3 floats, 1 float, 3 bytes.
         assert_eq!(&cloud[cloud.len() - 7..], [&3.0_f32.to_le_bytes()[..], &[1, 2, 3]].concat());
-        assert_eq!(bytes.len() - cloud.len(), 13 + "element face 1\nproperty list uchar uint vertex_indices\n".len());
+        assert_eq!(
+            bytes.len() - cloud.len(),
+            13 + "element face 1\nproperty list uchar uint vertex_indices\n".len()
+        );
         assert!(cloud.starts_with(b"ply\nformat binary_little_endian 1.0\ncomment harmolux "));
     }
 
     #[test]
     fn what_does_not_fit_together_is_refused() {
-        let message = |samples: SurfaceSamples| samples.encode_ply().expect_err("wrong").to_string();
+        let message =
+            |samples: SurfaceSamples| samples.encode_ply().expect_err("wrong").to_string();
         let short = SurfaceSamples { normals: vec![DVec3::Z], ..triangle(&[]) };
         assert!(message(short).contains("1 normals for 3 samples"));
         let short = SurfaceSamples { values: vec![("lux", vec![])], ..triangle(&[]) };

@@ -143,7 +143,8 @@ fn place(on: &str, entry: &Entry, objects: &BTreeMap<String, ObjectSpec>) -> Res
     match (objects.get(name), part) {
         (Some(ObjectSpec::Plane(_)), _) => {
             let message = format!("`{name}` is an infinite plane, which cannot be covered");
-            let help = "write a rectangle instead of the plane, or lay a grid of sensors at a `height`";
+            let help =
+                "write a rectangle instead of the plane, or lay a grid of sensors at a `height`";
             Err(entry.error("on", message, help))
         }
         (Some(ObjectSpec::Box(_)), Some(_)) => {
