@@ -20,7 +20,7 @@ use crate::math::Placement;
 use crate::scene::{Distribution, Material, Object, Perspective, PointLight, Scene, Sensor};
 use crate::sh::Coefficients;
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
-use crate::surface::{Instance, Intersector, StepBisection, Surface};
+use crate::surface::{Instance, Intersector, SampleArea, StepBisection, Surface};
 use crate::{Error, Result};
 
 /// Holds a scene ready to be lit, with what was learnt on the way.
@@ -192,8 +192,8 @@ fn build_mesh(
     let mesh = shared.mesh(&spec.file.resolved, spec.smooth);
     let mesh =
         mesh.map_err(|e| at_file(file, &["objects", name, "mesh", "file"], &spec.file, e))?;
-    let placed = Instance::new(mesh.surface, spec.placement().about(DVec3::ZERO)?);
-    let object = Object::new(name, placed.clone(), own);
+    let placed = Arc::new(Instance::new(mesh.surface, spec.placement().about(DVec3::ZERO)?));
+    let object = shared_object(name, &placed, own);
     let body = if mesh.closed { Body::Closed } else { Body::Open };
     let form = Form::Mesh(placed);
     Ok(Built { deficiencies: mesh.deficiencies, form, ..Built::new(object, body) })
@@ -213,8 +213,8 @@ fn build_sh(
     let detail = seen_detail(&shape.series, &placement, file, spec, camera).map_err(at_key)?;
     let degree = detail.map_or(shape.series.lmax(), |d| d.degree);
     let surface = shape.surface(degree, intersector(spec)).map_err(at_key)?;
-    let placed = Instance::new(surface, placement);
-    let object = Object::new(name, placed.clone(), own);
+    let placed = Arc::new(Instance::new(surface, placement));
+    let object = shared_object(name, &placed, own);
     let form = Form::Sh(placed);
     Ok(Built { fit: shape.fit.clone(), detail, form, ..Built::new(object, Body::Closed) })
 }
@@ -240,6 +240,16 @@ fn intersector(spec: &ShSpec) -> Intersector {
             step: spec.step.unwrap_or(default.step),
             tolerance: spec.tolerance.unwrap_or(default.tolerance),
         }),
+    }
+}
+
+/// Makes an object of a surface that is needed elsewhere too.
+fn shared_object<S: SampleArea + 'static>(name: &str, surface: &Arc<S>, own: Material) -> Object {
+    Object {
+        name: name.to_owned(),
+        surface: surface.clone(),
+        area: Some(surface.clone()),
+        materials: vec![own],
     }
 }
 

@@ -5,6 +5,7 @@
 //! a mesh is in step with. It is the same on every machine and for every number of threads.
 
 use std::f64::consts::SQRT_2;
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -23,9 +24,9 @@ use crate::surface::{Hit, Instance, Mesh, MeshSurface, Resolution, ShSurface, te
 #[derive(Clone)]
 pub(super) enum Form {
     /// A placed mesh.
-    Mesh(Instance<MeshSurface>),
+    Mesh(Arc<Instance<MeshSurface>>),
     /// A placed SH body.
-    Sh(Instance<ShSurface>),
+    Sh(Arc<Instance<ShSurface>>),
     /// Any other.
     Plain,
 }
