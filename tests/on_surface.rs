@@ -262,7 +262,7 @@ fn head_is_covered_evenly() {
     let head = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj");
     let folder = folder();
     let text = format!(
-        "[objects.head.sh]\ndegree = 32\nfile = {head:?}\nmaterial = \"black\"\nscale = 7\n"
+        "[objects.head.sh]\ndegree = 32\nfile = {head:?}\nmaterial = \"black\"\nscale = 7\n[sensors.s.surface]\non = \"head\"\npoints = 4000\n"
     );
     let loaded = scene(&folder, &text);
     let area = loaded.scene.objects()[0].area.clone().expect("bounded");
@@ -279,6 +279,21 @@ fn head_is_covered_evenly() {
     let rms = (squares / f64::from(n)).sqrt();
     // What twice oversampled series leave of the creases at the ears and the neck.
     assert!(rms <= 1e-2, "{rms}");
+    // In a mean over the area it cancels: moments of the position and of the light of a lamp without its shadows, against weights.
+    let moments: [fn(DVec3, DVec3) -> f64; 3] = [|p, _| p.z * p.z, |p, _| p.x * p.x, lit];
+    for moment in moments {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for i in 0..200 * 200 {
+            let u = glam::DVec2::new(f64::from(i % 200) + 0.5, f64::from(i / 200) + 0.5) / 200.0;
+            let point = area.sample_area(u);
+            sum += moment(point.hit.point, point.hit.normal) / point.density;
+            weights += 1.0 / point.density;
+        }
+        let sensors = &loaded.sensors[0].sensors;
+        let plain = sensors.iter().map(|s| moment(s.at, s.normal)).sum::<f64>() / 4000.0;
+        let error = plain / (sum / weights) - 1.0;
+        assert!(error.abs() <= 3e-3, "{error}");
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! With dA = a d omega, a = f sqrt(f^2 + |grad_S f|^2), the area above the height z of the direction is the integral of the bands
 //! b(z) = int a dphi. Band by Gauss-Legendre nodes b is a Legendre series, whose integral is one again; u gives z by its inverse. On the ring of
 //! that z, a is a Fourier series in phi, and v gives phi by the inverse of its integral. Both series are twice oversampled as the area is: a
-//! is smooth and not band-limited. What is left is a ripple of the density, up and down within the finest wave of the body, so that means over it cancel: 0.3 % in
+//! is smooth and not band-limited. What is left is a ripple of the density, up and down within the finest wave of the body, so that it all but cancels in means: 0.3 % in
 //! quadratic mean on the head at degree 32, less than a rounding on a sphere.
 
 use std::f64::consts::{PI, TAU};
