@@ -231,11 +231,8 @@ fn sobolev_case_a_at_ten_radii() {
 fn cylinders_measure_what_their_formulas_say() {
     let at = DVec3::new(1.0, 2.0, 1.2);
     let facing = DVec3::Y;
-    let points = [Measure::Cylinder, Measure::SemiCylinder { facing }].map(|measure| Sensor {
-        at,
-        normal: DVec3::Z,
-        measure,
-    });
+    let points = [Measure::Cylinder, Measure::SemiCylinder { facing }]
+        .map(|measure| Sensor { measure, ..Sensor::plane(at, DVec3::Z) });
     let size = DVec3::new(4.0, 5.0, 3.0);
     // A furnace of luminance 30: pi L whatever is lit.
     let glow = Scene::new(vec![room(size, &[(); 6].map(|()| furnace(0.5, 30.0)))], Vec::new())

@@ -20,11 +20,12 @@ use harmolux::{Error, Result};
 use super::arguments::SceneArguments;
 use super::exit::Code;
 use super::fit::about;
+use super::illum_map::MapTarget;
 use super::plot::{self, PlotFormat};
 use super::progress::Meter;
 use super::render::{code, load_scene, read_scene, stop};
 use super::target::Target;
-use super::{illum_report, interrupt, say};
+use super::{illum_map, illum_report, interrupt, say};
 
 /// Measure illuminance, lx, at the sensors of a scene
 ///
@@ -39,11 +40,13 @@ use super::{illum_report, interrupt, say};
   harmolux illum room.toml -o lux.csv                    the same as CSV
   harmolux illum data/scenes/sobolev.toml -o fig2.svg    the lines of sensors, with error bars, as a plot
   harmolux illum room.toml --estimator radiosity         the same lux by another method
+  harmolux illum room.toml -o head.ply                   sensors of kind surface as a coloured point cloud or mesh
   harmolux illum room.toml -D illum.stop.relative_error=0.001")]
 pub(crate) struct Illum {
     #[command(flatten)]
     pub(crate) common: SceneArguments,
-    /// Write the values of all sensors (.csv) or a plot of the lines of sensors (.svg, .png); may be repeated
+    /// Write the values of all sensors (.csv), a plot of the lines of sensors (.svg, .png) or a group of kind surface in false colours (.ply, named after
+    /// the group where there are several); may be repeated
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
     /// Replace output files that another program wrote
@@ -92,7 +95,11 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     file.illum.estimator = verb.estimator.map_or(file.illum.estimator, Into::into);
     let mut table = columns();
     check_plots(verb, &file)?;
-    let targets = verb.output.iter().map(|path| Target::open(path, &table, verb.force));
+    let (maps, others): (Vec<_>, Vec<_>) =
+        verb.output.iter().partition(|path| illum_map::is_map(path));
+    let maps = maps.into_iter().map(|path| MapTarget::open(path, &file, verb));
+    let maps: Vec<MapTarget> = maps.collect::<Result<_>>()?;
+    let targets = others.into_iter().map(|path| Target::open(path, &table, verb.force));
     let targets: Vec<Target> = targets.collect::<Result<_>>()?;
     let loaded = load_scene(&file)?;
     let known: Vec<Option<Vec<f64>>> =
@@ -101,7 +108,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
         loaded.sensors.iter().flat_map(|g| g.sensors.iter().copied()).collect();
     if sensors.is_empty() {
         return Err(Error::Parameter(format!(
-            "{}: the scene has no sensors; add [sensors.NAME.points], [sensors.NAME.line] or [sensors.NAME.grid]",
+            "{}: the scene has no sensors; add [sensors.NAME.points], [sensors.NAME.line], [sensors.NAME.grid] or [sensors.NAME.surface]",
             verb.common.scene.display()
         )));
     }
@@ -121,6 +128,9 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let figure = illum_report::figure(lines);
     for target in targets {
         target.write(&table, &figure)?;
+    }
+    for map in maps {
+        map.write(&groups)?;
     }
     if as_json {
         say::data(&illum_report::json(&table, &groups, &survey)?);
@@ -182,6 +192,8 @@ pub(crate) struct Group<'a> {
     pub(crate) results: &'a [Measured],
     /// For each sensor the object behind which it is; these do not count in what follows.
     pub(crate) behind: &'a [Option<String>],
+    /// The triangles that join the sensors, if any.
+    pub(crate) faces: &'a [[u32; 3]],
     /// `None` without sensors that count.
     pub(crate) summary: Option<GroupSummary>,
     pub(crate) judged: Vec<Judged>,
@@ -236,6 +248,7 @@ fn groups<'a>(
             sensors: &group.sensors,
             results: &survey.results[range],
             behind: &group.behind,
+            faces: &group.faces,
             summary,
             judged: required.map_or(Vec::new(), |require| judge(require, summary.as_ref())),
             known,

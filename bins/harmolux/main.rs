@@ -12,6 +12,7 @@ mod fit;
 mod fit_many;
 mod fit_report;
 mod illum;
+mod illum_map;
 mod illum_report;
 mod info;
 mod interrupt;

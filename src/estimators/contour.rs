@@ -88,7 +88,7 @@ fn part(corners: &[DVec3; 4], receiver: &Receiver, halvings: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Measure, Sensor};
+    use crate::scene::Sensor;
 
     /// The ceiling [0, 1]^2 at z = 1, seen from below.
     fn ceiling() -> [DVec3; 4] {
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn response_of_a_plane_is_its_factor() {
         for at in [DVec3::ZERO, DVec3::new(0.4, 0.6, 0.8), DVec3::new(3.0, -1.0, 0.5)] {
-            let sensor = Sensor { at, normal: DVec3::Z, measure: Measure::Plane };
+            let sensor = Sensor::plane(at, DVec3::Z);
             let expected = factor(&ceiling(), at, DVec3::Z);
             let found = response(&ceiling(), &Receiver::sensor(&sensor));
             assert!((found - expected).abs() <= 5e-3 * expected, "{found} {expected}");

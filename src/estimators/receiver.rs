@@ -173,7 +173,7 @@ mod tests {
         let axis = DVec3::new(0.0, 0.6, 0.8);
         let facing = DVec3::X;
         [Measure::Plane, Measure::Cylinder, Measure::SemiCylinder { facing }]
-            .map(|measure| Receiver::sensor(&Sensor { at: DVec3::ONE, normal: axis, measure }))
+            .map(|measure| Receiver::sensor(&Sensor { measure, ..Sensor::plane(DVec3::ONE, axis) }))
     }
 
     fn grid() -> impl Iterator<Item = [f64; 2]> {

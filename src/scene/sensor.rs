@@ -14,6 +14,9 @@ pub struct Sensor {
     pub normal: DVec3,
     /// What is lit there.
     pub measure: Measure,
+    /// An absolute bound, metres, on the distance between the position and the surface it is meant to be on; 0 where the position is exact to a few
+    /// roundings, as one that was written is.
+    pub error: f64,
 }
 
 /// What the illuminance at a point is that of; in uniform light of luminance L all are pi L.
@@ -34,18 +37,23 @@ pub enum Measure {
 impl Sensor {
     /// Measures the illuminance of a plane on the side its normal points to.
     pub const fn plane(at: DVec3, normal: DVec3) -> Self {
-        Self { at, normal, measure: Measure::Plane }
+        Self { at, normal, measure: Measure::Plane, error: 0.0 }
     }
 
-    /// Describes the sensor as a hit, so that its rays leave by the same policy as everywhere: its position is exact to a few roundings,
-    /// which is what keeps a sensor that lies on a wall from being shadowed by that wall.
+    /// Measures at a point of a surface, on the side its geometric normal points to; it is as exact as the hit.
+    pub const fn on(hit: &Hit, measure: Measure) -> Self {
+        Self { at: hit.point, normal: hit.normal, measure, error: hit.error }
+    }
+
+    /// Describes the sensor as a hit, so that its rays leave by the same policy as everywhere: the bound on its position, a few roundings at least,
+    /// is what keeps a sensor that lies on a surface from being shadowed by that surface.
     pub fn as_hit(&self) -> Hit {
         Hit {
             distance: 0.0,
             point: self.at,
             normal: self.normal,
             shading_normal: self.normal,
-            error: 4.0 * f64::EPSILON * self.at.abs().max_element().max(1e-3),
+            error: self.error.max(4.0 * f64::EPSILON * self.at.abs().max_element().max(1e-3)),
             part: 0,
         }
     }
@@ -60,4 +68,17 @@ pub struct Measured {
     pub direct: Estimate,
     /// Samples that were not finite; counted, never averaged in.
     pub spoilt: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sensor_is_as_exact_as_the_hit_it_is_on_and_never_exacter_than_its_coordinates() {
+        let plain = Sensor::plane(DVec3::ONE, DVec3::Z).as_hit();
+        let hit = Hit { error: 1e-9, ..plain };
+        assert_eq!(Sensor::on(&hit, Measure::Plane).as_hit(), hit);
+        assert_eq!(Sensor::on(&Hit { error: 0.0, ..plain }, Measure::Plane).as_hit(), plain);
+    }
 }

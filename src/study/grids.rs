@@ -9,10 +9,10 @@ use crate::math::Aabb;
 use crate::scene::Sensor;
 
 /// A rectangle to lay a grid on.
-struct Field {
-    corner: DVec3,
-    edges: [DVec3; 2],
-    normal: DVec3,
+pub(super) struct Field {
+    pub(super) corner: DVec3,
+    pub(super) edges: [DVec3; 2],
+    pub(super) normal: DVec3,
 }
 
 /// The most sensors of one grid.
@@ -42,9 +42,8 @@ pub(super) fn sensors(grid: &GridSpec, file: &SceneFile, extent: Aabb) -> Result
     Ok(rows
         .flat_map(|j| (0..counts[0]).map(move |i| (i, j)))
         .map(|(i, j)| Sensor {
-            at: field.corner + along(0, i) + along(1, j),
-            normal: field.normal,
             measure: grid.measure,
+            ..Sensor::plane(field.corner + along(0, i) + along(1, j), field.normal)
         })
         .collect())
 }
@@ -64,7 +63,7 @@ pub(super) fn along(line: &LineSpec) -> Result<Vec<Sensor>, f64> {
         return Err(count);
     }
     let place = |i: u32| from.lerp(to, f64::from(i) / (count - 1.0));
-    Ok((0..count as u32).map(|i| Sensor { at: place(i), normal, measure }).collect())
+    Ok((0..count as u32).map(|i| Sensor { measure, ..Sensor::plane(place(i), normal) }).collect())
 }
 
 fn field(place: &GridPlace, file: &SceneFile, extent: Aabb) -> Option<Field> {
@@ -89,7 +88,8 @@ fn field(place: &GridPlace, file: &SceneFile, extent: Aabb) -> Option<Field> {
     }
 }
 
-fn face_of(spec: &BoxSpec, face: BoxFace) -> Field {
+/// Gives a face of a box, on the side its normal points to.
+pub(super) fn face_of(spec: &BoxSpec, face: BoxFace) -> Field {
     let axis = face.axis();
     let upper = matches!(face, BoxFace::XMax | BoxFace::YMax | BoxFace::ZMax);
     let extent = spec.max - spec.min;

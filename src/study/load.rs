@@ -9,11 +9,12 @@ use rayon::prelude::*;
 use super::detail::{Detail, detail};
 use super::fit::Fit;
 use super::grids;
+use super::on_surface::{self, Form, Laid};
 use super::shared_surfaces::{Preparation, SharedSurfaces};
 use super::solids::{Body, Solid};
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec,
-    ObjectSpec, PlacementSpec, PointsSpec, SceneFile, SensorSpec, ShSpec, Strength,
+    ObjectSpec, PointsSpec, SceneFile, SensorSpec, ShSpec, Strength, SurfaceLayout,
 };
 use crate::math::{Placement, Ray};
 use crate::scene::{
@@ -49,6 +50,8 @@ pub struct SensorGroup {
     pub sensors: Vec<Sensor>,
     /// For each sensor the object behind whose surface it is: outside the room, or inside the object. Such a sensor gets no light.
     pub behind: Vec<Option<String>>,
+    /// The triangles that join the sensors where they are the vertices of a mesh, else none; they look to the side of the normals.
+    pub faces: Vec<[u32; 3]>,
 }
 
 /// Names a fitted object.
@@ -73,6 +76,7 @@ pub struct DetailedObject {
 struct Built {
     object: Object,
     body: Body,
+    form: Form,
     fit: Option<Arc<Fit>>,
     detail: Option<Detail>,
     /// What is wrong with the mesh it was made of.
@@ -81,7 +85,8 @@ struct Built {
 
 impl Built {
     fn new(object: Object, body: Body) -> Self {
-        Self { object, body, fit: None, detail: None, deficiencies: Arc::default() }
+        let deficiencies = Arc::default();
+        Self { object, body, form: Form::Plain, fit: None, detail: None, deficiencies }
     }
 }
 
@@ -115,7 +120,7 @@ pub fn load_seen(file: &SceneFile, camera: Option<&Perspective>) -> Result<Loade
     let named = |b: &Built| Some(DetailedObject { name: b.object.name.clone(), detail: b.detail? });
     let details = built.iter().filter_map(named).collect();
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
-    let sensors = sensors(file, &scene, &solids)?;
+    let sensors = sensors(file, &scene, &built, &solids)?;
     warnings.extend(misplaced_sensors(&sensors));
     let preparation = shared.preparation();
     Ok(Loaded { scene, sensors, fits, details, preparation, warnings })
@@ -197,9 +202,11 @@ fn build_mesh(
     let mesh = shared.mesh(&spec.file.resolved, spec.smooth);
     let mesh =
         mesh.map_err(|e| at_file(file, &["objects", name, "mesh", "file"], &spec.file, e))?;
-    let object = place(name, mesh.surface, &spec.placement(), DVec3::ZERO, own)?;
+    let placed = Arc::new(Instance::new(mesh.surface, spec.placement().about(DVec3::ZERO)?));
+    let object = shared_object(name, &placed, own);
     let body = if mesh.closed { Body::Closed } else { Body::Open };
-    Ok(Built { deficiencies: mesh.deficiencies, ..Built::new(object, body) })
+    let form = Form::Mesh(placed);
+    Ok(Built { deficiencies: mesh.deficiencies, form, ..Built::new(object, body) })
 }
 
 fn build_sh(
@@ -216,8 +223,10 @@ fn build_sh(
     let detail = seen_detail(&shape.series, &placement, file, spec, camera).map_err(at_key)?;
     let degree = detail.map_or(shape.series.lmax(), |d| d.degree);
     let surface = shape.surface(degree, intersector(spec)).map_err(at_key)?;
-    let object = place(name, surface, &spec.placement(), shape.centre, own)?;
-    Ok(Built { fit: shape.fit.clone(), detail, ..Built::new(object, Body::Closed) })
+    let placed = Arc::new(Instance::new(surface, placement));
+    let object = shared_object(name, &placed, own);
+    let form = Form::Sh(placed);
+    Ok(Built { fit: shape.fit.clone(), detail, form, ..Built::new(object, Body::Closed) })
 }
 
 /// Chooses the degree that a picture allows; nothing where nothing asks for it.
@@ -244,15 +253,14 @@ fn intersector(spec: &ShSpec) -> Intersector {
     }
 }
 
-/// Places a surface whose origin is the point `origin` of its file.
-fn place<S: SampleArea + 'static>(
-    name: &str,
-    surface: Arc<S>,
-    spec: &PlacementSpec,
-    origin: DVec3,
-    own: Material,
-) -> Result<Object> {
-    Ok(Object::new(name, Instance::new(surface, spec.about(origin)?), own))
+/// Makes an object of a surface that is needed elsewhere too.
+fn shared_object<S: SampleArea + 'static>(name: &str, surface: &Arc<S>, own: Material) -> Object {
+    Object {
+        name: name.to_owned(),
+        surface: surface.clone(),
+        area: Some(surface.clone()),
+        materials: vec![own],
+    }
 }
 
 /// Points at the key that names a file: the file is missing, or its shape cannot be used. A file that is wrong in itself says where.
@@ -365,39 +373,66 @@ fn misplaced_cameras(file: &SceneFile, solids: &[Solid]) -> Vec<String> {
     .collect()
 }
 
-fn sensors(file: &SceneFile, scene: &Scene, solids: &[Solid]) -> Result<Vec<SensorGroup>> {
-    let too_many = |name: &str, what: &str, count: f64| {
+fn sensors(
+    file: &SceneFile,
+    scene: &Scene,
+    built: &[Built],
+    solids: &[Solid],
+) -> Result<Vec<SensorGroup>> {
+    let too_many = |name: &str, what: &str, count: f64, help: &str| {
         let message = format!(
             "the {what} `{name}` would have {count:.3e} sensors, more than {}",
             grids::MAX_SENSORS
         );
-        let help = "write a larger `spacing`, or a smaller `count`".to_owned();
-        file.source.error(&["sensors", name, what], message, Some(help))
+        file.source.error(&["sensors", name, what], message, Some(help.to_owned()))
     };
+    let fewer = "write a larger `spacing`, or a smaller `count`";
+    let plain = |sensors| Laid { sensors, faces: Vec::new() };
     let lay_out = |name: &str, spec: &SensorSpec| match spec {
         SensorSpec::Points(points) => {
             let PointsSpec { normal, measure, .. } = *points;
-            Ok(points.at.iter().map(|&at| Sensor { at, normal, measure }).collect())
+            let sensor = |&at| Sensor { measure, ..Sensor::plane(at, normal) };
+            Ok(plain(points.at.iter().map(sensor).collect()))
         }
         SensorSpec::Grid(grid) => grids::sensors(grid, file, scene.bounds())
-            .map_err(|count| too_many(name, "grid", count)),
-        SensorSpec::Line(line) => grids::along(line).map_err(|count| too_many(name, "line", count)),
+            .map(plain)
+            .map_err(|count| too_many(name, "grid", count, fewer)),
+        SensorSpec::Line(line) => {
+            grids::along(line).map(plain).map_err(|count| too_many(name, "line", count, fewer))
+        }
+        SensorSpec::Surface(surface) => {
+            let Some(built) = built.iter().find(|b| b.object.name == surface.place.object()) else {
+                return Ok(Laid::default());
+            };
+            let laid = on_surface::lay_out(surface, file, &built.object, &built.form)?;
+            let count = laid.sensors.len() as f64;
+            if surface.layout == SurfaceLayout::Vertices && count > grids::MAX_SENSORS {
+                let help = "write `points = 1000` instead of `vertices`, or use a coarser mesh";
+                return Err(too_many(name, "surface", count, help));
+            }
+            Ok(laid)
+        }
     };
     file.sensors
         .iter()
         .map(|(name, spec)| {
-            let sensors = lay_out(name, spec)?;
-            let behind = sensors.iter().map(|sensor| behind(sensor, solids)).collect();
-            Ok(SensorGroup { name: name.clone(), sensors, behind })
+            let Laid { sensors, faces } = lay_out(name, spec)?;
+            let own = match spec {
+                SensorSpec::Surface(surface) => Some(surface.place.object()),
+                _ => None,
+            };
+            let behind = sensors.par_iter().map(|sensor| behind(sensor, own, solids)).collect();
+            Ok(SensorGroup { name: name.clone(), sensors, behind, faces })
         })
         .collect()
 }
 
-/// Names the object behind whose surface a sensor is.
-fn behind(sensor: &Sensor, solids: &[Solid]) -> Option<String> {
+/// Names the object behind whose surface a sensor is. A sensor on the surface of its `own` object is before it, however small a crease it is in.
+fn behind(sensor: &Sensor, own: Option<&str>, solids: &[Solid]) -> Option<String> {
     // A sensor on a wall is judged by a point just before it.
     let before = sensor.at + 1e-6 * sensor.at.length().max(1.0) * sensor.normal;
-    solids.iter().find(|solid| solid.is_behind(before)).map(|solid| solid.name().to_owned())
+    let mut others = solids.iter().filter(|solid| own != Some(solid.name()));
+    others.find(|solid| solid.is_behind(before)).map(|solid| solid.name().to_owned())
 }
 
 fn misplaced_sensors(groups: &[SensorGroup]) -> Vec<String> {

@@ -9,6 +9,7 @@ mod fit_points;
 mod grids;
 mod known;
 mod load;
+mod on_surface;
 mod ray_check;
 mod requirements;
 mod reshape;

@@ -73,13 +73,13 @@ impl<S: ?Sized> Instance<S> {
         }
     }
 
-    /// Brings a local hit into the world.
+    /// Brings a hit of the inner surface into the world, its error bound widened by the roundings of that.
     ///
     /// Error, with x the local point and u = 2^-53: three products, their sums and the scale lose 4 sqrt(3) u s|x|, the translation
     /// u|p|. The bound is 16u s|x| + 2u|p|, so that a departed ray, 2.5 bounds off, survives its way into local space: difference,
     /// rotation and quotient lose less than 9u s|x| there, and a matrix M with entries of M^T M - I up to 6u another 18u s|x|,
     /// in all less than the 40u s|x| that 2.5 bounds hold.
-    fn world_hit(&self, local: &Hit) -> Hit {
+    pub fn world_hit(&self, local: &Hit) -> Hit {
         let scale = self.placement.scale();
         let point = self.placement.apply(local.point);
         let mapping = f64::EPSILON * (8.0 * scale * local.point.length() + point.length());
@@ -183,6 +183,10 @@ impl<S: SampleArea + ?Sized> SampleArea for Instance<S> {
         let local = self.inner.facets(&Division { lights: &lights, ..*division });
         let place = |facet: Facet| facet.placed(&self.placement, |hit| self.world_hit(hit));
         local.into_iter().map(place).collect()
+    }
+
+    fn uniform(&self, u: DVec2) -> Hit {
+        self.world_hit(&self.inner.uniform(u))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Surfaces that rays meet: the trait, the hit, and who implements them.
 
+mod area_map;
 mod bvh;
 mod certified;
 mod envelope;
@@ -143,6 +144,14 @@ pub trait SampleArea: Surface {
 
     /// Divides the surface into facets that are nearly flat.
     fn facets(&self, division: &Division) -> Vec<Facet>;
+
+    /// Maps the unit square onto the surface so that equal parts of it become equal areas: evenly spread points of the square are
+    /// evenly spread on the surface, and a plain mean over them is a mean over the area.
+    ///
+    /// Where the density of [`SampleArea::sample_area`] is the same everywhere, that is such a map already.
+    fn uniform(&self, u: DVec2) -> Hit {
+        self.sample_area(u).hit
+    }
 }
 
 /// Describes a point sampled on a surface, as the hit that a ray from outside would have made (its distance is 0), with its density.

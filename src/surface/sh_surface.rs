@@ -2,12 +2,13 @@
 
 use glam::{DVec2, DVec3};
 
+use super::area_map::AreaMap;
 use super::patches::{Answer, Patches};
 use super::radial::{Gap, RadialBody};
 use super::step_bisection::StepBisection;
 use super::{AreaPoint, Division, Facet, Hit, SampleArea, Surface, certified, facets};
 use crate::math::{Aabb, Ray, sampling};
-use crate::sh::{Coefficients, Grid};
+use crate::sh::Coefficients;
 use crate::{Error, Result};
 
 /// Chooses how rays meet an SH surface.
@@ -35,7 +36,7 @@ enum Tracer {
 pub struct ShSurface {
     body: RadialBody,
     tracer: Tracer,
-    area: f64,
+    area_map: AreaMap,
 }
 
 impl ShSurface {
@@ -58,8 +59,8 @@ impl ShSurface {
             Intersector::Certified => Tracer::Certified,
             Intersector::StepBisection(march) => Tracer::StepBisection(march),
         };
-        let area = area(&body);
-        Ok(Self { body, tracer, area })
+        let area_map = AreaMap::new(&body);
+        Ok(Self { body, tracer, area_map })
     }
 
     /// Gives the body: its series and certified bounds.
@@ -179,16 +180,10 @@ fn area_factor(body: &RadialBody, direction: DVec3) -> f64 {
     jet.value * jet.value.hypot(jet.gradient.length())
 }
 
-/// Integrates the area on a Gauss-Legendre grid oversampled twice; its integrand is smooth but not band-limited.
-fn area(body: &RadialBody) -> f64 {
-    let lmax = body.series().coefficients().lmax();
-    let grid = Grid::gauss_legendre(2 * lmax + 8, 4 * lmax + 16);
-    (0..grid.len()).map(|i| grid.solid_angle(i) * area_factor(body, grid.direction(i))).sum()
-}
-
 impl SampleArea for ShSurface {
+    /// Gives the area as integrated on a Gauss-Legendre grid oversampled twice; the integrand is smooth but not band-limited.
     fn area(&self) -> f64 {
-        self.area
+        self.area_map.area()
     }
 
     /// Samples the direction uniformly; the density follows the stretch of the surface.
@@ -210,6 +205,12 @@ impl SampleArea for ShSurface {
             (hit, area_factor(&self.body, direction))
         };
         facets::around(division.count, 4, at).collect()
+    }
+
+    /// Maps by the inverses of the area above a height and of the area along its ring (`area_map`); about a hundred times the cost of
+    /// [`SampleArea::sample_area`].
+    fn uniform(&self, u: DVec2) -> Hit {
+        Hit { distance: 0.0, ..self.at(self.area_map.direction(&self.body, u)) }
     }
 }
 

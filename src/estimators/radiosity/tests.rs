@@ -150,7 +150,7 @@ fn furnace_of_boxes_tables_and_meshes() {
         Object::new("cube", cube.expect("valid"), furnace(0.3)),
     ];
     let scene = Scene::new(objects, Vec::new()).expect("valid");
-    let sensor = |at: DVec3, normal, measure| Sensor { at, normal, measure };
+    let sensor = |at: DVec3, normal, measure| Sensor { measure, ..Sensor::plane(at, normal) };
     let sensors = [
         sensor(DVec3::new(1.0, 1.0, 0.0), DVec3::Z, Measure::Plane),
         sensor(DVec3::new(2.5, 3.5, 1.0), DVec3::NEG_X, Measure::Plane),

@@ -12,6 +12,7 @@ mod obj;
 mod off;
 mod parts;
 mod ply;
+mod samples;
 mod source;
 mod stl;
 mod welding;
@@ -25,6 +26,7 @@ use source::Source;
 pub use encode::{MeshColours, encode, encode_ply};
 pub use format::MeshFormat;
 pub use obj::read_obj;
+pub use samples::SurfaceSamples;
 
 /// Reads a mesh, in the axes and the unit that the file has, whatever its extension.
 ///

@@ -18,6 +18,7 @@ mod require;
 mod sensor;
 mod source;
 mod suggest;
+mod surface_sensor;
 mod task;
 #[cfg(test)]
 mod tests;
@@ -44,6 +45,7 @@ pub use placement::{PlacementSpec, Rotation, Unit, Up};
 pub use require::{Limit, Quantity, RequireSpec};
 pub use sensor::{GridLayout, GridPlace, GridSpec, LineLayout, LineSpec, PointsSpec, SensorSpec};
 pub use source::Source;
+pub use surface_sensor::{SurfaceLayout, SurfacePlace, SurfaceSpec};
 pub use task::{DetailSpec, IllumEstimator, IllumSpec, RenderEstimator, RenderSpec, StopSpec};
 
 use crate::error::InputError;

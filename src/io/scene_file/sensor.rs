@@ -11,6 +11,7 @@ use super::measure::MeasureName;
 use super::object::{BoxFace, ObjectSpec};
 use super::source::Entry;
 use super::suggest::suggest;
+use super::surface_sensor::{SurfaceSpec, WrittenSurface};
 use super::values::{AtLeast0, Coordinate, Range, Size, number, number_if, whole, word};
 use super::vectors::{columns_rows_if, direction, direction_if, point, points};
 use crate::scene::Measure;
@@ -26,6 +27,8 @@ pub enum SensorSpec {
     Grid(GridSpec),
     /// Points along a line.
     Line(LineSpec),
+    /// Points all over an object.
+    Surface(SurfaceSpec),
 }
 
 /// Describes equidistant points of illuminance along a line, both ends among them.
@@ -114,6 +117,7 @@ pub(super) enum WrittenSensor {
     Points(WrittenPoints),
     Grid(WrittenGrid),
     Line(WrittenLine),
+    Surface(WrittenSurface),
 }
 
 #[derive(Debug, Deserialize)]
@@ -216,6 +220,7 @@ impl WrittenSensor {
             Self::Points(_) => "points",
             Self::Grid(_) => "grid",
             Self::Line(_) => "line",
+            Self::Surface(_) => "surface",
         }
     }
 
@@ -231,6 +236,7 @@ impl WrittenSensor {
             }
             Self::Grid(written) => written.check(entry, objects).map(SensorSpec::Grid),
             Self::Line(written) => written.check(entry).map(SensorSpec::Line),
+            Self::Surface(written) => written.check(entry, objects).map(SensorSpec::Surface),
         }
     }
 }
@@ -296,12 +302,20 @@ impl WrittenGrid {
     }
 }
 
-/// Understands "object" or "object.face"; the name of an object may itself hold dots.
-fn surface(on: &str, entry: &Entry, objects: &BTreeMap<String, ObjectSpec>) -> Result<GridPlace> {
-    let (name, face) = match on.rsplit_once('.') {
-        Some((name, face)) if !objects.contains_key(on) => (name, Some(face)),
+/// Divides "object.part" where it is not itself the name of an object, which may hold dots.
+pub(super) fn object_and_part<'a>(
+    on: &'a str,
+    objects: &BTreeMap<String, ObjectSpec>,
+) -> (&'a str, Option<&'a str>) {
+    match on.rsplit_once('.') {
+        Some((name, part)) if !objects.contains_key(on) => (name, Some(part)),
         _ => (on, None),
-    };
+    }
+}
+
+/// Understands "object" or "object.face".
+fn surface(on: &str, entry: &Entry, objects: &BTreeMap<String, ObjectSpec>) -> Result<GridPlace> {
+    let (name, face) = object_and_part(on, objects);
     let object = name.to_owned();
     match objects.get(name) {
         Some(ObjectSpec::Box(_)) => {
@@ -318,7 +332,7 @@ fn surface(on: &str, entry: &Entry, objects: &BTreeMap<String, ObjectSpec>) -> R
     }
 }
 
-fn box_face(name: &str, face: Option<&str>, entry: &Entry) -> Result<BoxFace> {
+pub(super) fn box_face(name: &str, face: Option<&str>, entry: &Entry) -> Result<BoxFace> {
     let names = BoxFace::ALL.map(BoxFace::name);
     let Some(face) = face else {
         let help = format!("write `on = \"{name}.z_min\"`");

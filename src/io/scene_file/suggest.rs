@@ -44,7 +44,9 @@ pub(super) fn example(kind: &str, key: &str) -> Option<&'static str> {
     }
 }
 
-const EXAMPLES: [&str; 54] = [
+const EXAMPLES: [&str; 56] = [
+    "points = 1000",
+    "vertices = true",
     "measure = \"cylindrical\"",
     "facing = [1, 0, 0]",
     "direction = [0, 0, -1]",

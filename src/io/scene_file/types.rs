@@ -129,7 +129,7 @@ mod tests {
     fn types_are_heard_from_serde() {
         assert_eq!(types("nothing"), [""; 0]);
         assert_eq!(types("objects"), ["box", "rectangle", "disc", "sphere", "plane", "mesh", "sh"]);
-        assert_eq!(types("sensors"), ["points", "grid", "line"]);
+        assert_eq!(types("sensors"), ["points", "grid", "line", "surface"]);
         assert_eq!(types("lights"), ["point", "lambert", "spot"]);
         assert!(KINDS.into_iter().all(|kind| !types(kind).is_empty()));
     }

@@ -6,6 +6,9 @@
 //! from its plane, and neither the length of the ray nor the angle it comes at enters.
 
 mod block;
+mod spread;
+
+use std::sync::OnceLock;
 
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec2, DVec3};
@@ -14,6 +17,7 @@ use super::{AreaPoint, Bvh, Division, Facet, Hit, Mesh, SampleArea, Surface, fac
 use crate::math::{Aabb, Ray, sampling};
 use crate::{Error, Result};
 use block::{Block, LANES, Meeting, Shear};
+use spread::Spread;
 
 /// Answers rays for a mesh.
 #[derive(Debug, Clone)]
@@ -27,6 +31,8 @@ pub struct MeshSurface {
     areas: Vec<f64>,
     /// Unit normals of the vertices, when smooth.
     vertex_normals: Option<Vec<DVec3>>,
+    /// The faces by place; made when first asked for.
+    spread: OnceLock<Spread>,
     level: Level,
 }
 
@@ -47,7 +53,8 @@ impl MeshSurface {
         let leaves = order.as_chunks::<LANES>().0.iter();
         let blocks = leaves.map(|faces| Block::new(&mesh, *faces)).collect();
         let (bounds, level) = (mesh.bounds(), Level::new());
-        Ok(Self { mesh, tree, bounds, blocks, areas, vertex_normals: None, level })
+        let (vertex_normals, spread) = (None, OnceLock::new());
+        Ok(Self { mesh, tree, bounds, blocks, areas, vertex_normals, spread, level })
     }
 
     /// Prepares a mesh for rays, shaded with normals interpolated between its vertices, whose own are the means of the faces
@@ -69,6 +76,21 @@ impl MeshSurface {
     /// Gives the bytes that rays use: the tree, and the triangles in its order.
     pub fn bytes(&self) -> usize {
         self.tree.bytes() + size_of_val(&self.blocks[..])
+    }
+
+    /// Describes every vertex as a hit: its normal is the mean of the faces around it weighted by area, and its part the largest of
+    /// them, whose normal it has where they cancel. `None` for a vertex of no face that has an area.
+    pub fn vertices(&self) -> Vec<Option<Hit>> {
+        let mut around = vec![Around::default(); self.mesh.positions().len()];
+        for (face, triangle) in self.mesh.triangles().iter().enumerate() {
+            let area = self.mesh.area_vector(face);
+            let [a, b, c] = self.mesh.corners(face);
+            let size = a.abs() + (b - a).abs() + (c - a).abs();
+            for &vertex in triangle {
+                around[vertex as usize].add(face as u32, area, GAMMA_7 * size.length());
+            }
+        }
+        self.mesh.positions().iter().zip(&around).map(|(at, around)| around.hit(*at)).collect()
     }
 
     #[inline(always)]
@@ -127,6 +149,13 @@ impl MeshSurface {
         }
     }
 
+    /// Describes the point of a face at a point of the unit square, evenly by area.
+    fn within(&self, face: u32, u: [f64; 2]) -> Hit {
+        let weights = sampling::uniform_triangle(u);
+        let at = Meeting { v: weights.y, w: weights.z, ..Meeting::default() };
+        self.hit_at(face, self.mesh.corners(face as usize), at, DVec3::Z)
+    }
+
     /// Interpolates the vertex normals where there are any and they look to the side of the face.
     #[inline(always)]
     fn shading_normal(&self, face: u32, at: Meeting, normal: DVec3) -> DVec3 {
@@ -174,10 +203,7 @@ impl SampleArea for MeshSurface {
 
     fn sample_area(&self, u: DVec2) -> AreaPoint {
         let (face, rest) = sampling::discrete(&self.areas, u.x);
-        let weights = sampling::uniform_triangle([rest, u.y]);
-        let at = Meeting { v: weights.y, w: weights.z, ..Meeting::default() };
-        let hit = self.hit_at(face as u32, self.mesh.corners(face), at, DVec3::Z);
-        AreaPoint { hit, density: 1.0 / self.area() }
+        AreaPoint { hit: self.within(face as u32, [rest, u.y]), density: 1.0 / self.area() }
     }
 
     fn density(&self, _: &Hit) -> f64 {
@@ -197,6 +223,43 @@ impl SampleArea for MeshSurface {
             }
         }
         into
+    }
+
+    /// Maps like [`SampleArea::sample_area`], with the faces in an order of places rather than that of the file: points that are evenly
+    /// spread along `u.x` are so in space.
+    fn uniform(&self, u: DVec2) -> Hit {
+        let Spread { faces, areas } = self.spread.get_or_init(|| Spread::new(&self.mesh));
+        let (place, rest) = sampling::discrete(areas, u.x);
+        self.within(faces[place], [rest, u.y])
+    }
+}
+
+/// Gathers the faces around a vertex.
+#[derive(Debug, Clone, Copy, Default)]
+struct Around {
+    /// The sum of their area vectors.
+    sum: DVec3,
+    /// The area vector of the largest, and its number.
+    largest: (DVec3, u32),
+    /// The largest error bound of a hit on them.
+    error: f64,
+}
+
+impl Around {
+    fn add(&mut self, face: u32, area: DVec3, error: f64) {
+        self.sum += area;
+        self.error = self.error.max(error);
+        if area.length_squared() > self.largest.0.length_squared() {
+            self.largest = (area, face);
+        }
+    }
+
+    fn hit(&self, point: DVec3) -> Option<Hit> {
+        let (largest, part) = self.largest;
+        // What roundings leave of faces that cancel is no direction.
+        let clear = self.sum.length() > 1e-9 * largest.length();
+        let normal = if clear { self.sum } else { largest }.try_normalize()?;
+        Some(Hit { distance: 0.0, point, normal, shading_normal: normal, error: self.error, part })
     }
 }
 

@@ -245,6 +245,29 @@ fn lights_sensors_and_stops_are_read_as_written() {
 }
 
 #[test]
+fn surfaces_are_read_as_written() {
+    let of = |base: &str, written: &str| {
+        let text = format!("{base}\n[sensors.all.surface]\n{written}\n");
+        match &parse(&text, &[]).expect(written).sensors["all"] {
+            SensorSpec::Surface(spec) => spec.clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let (place, layout) = (SurfacePlace::Object("room".to_owned()), SurfaceLayout::Even(9));
+    let room = of(ROOM, "on = \"room\"\npoints = 9.0");
+    assert_eq!(room, SurfaceSpec { place, layout, measure: Measure::Plane });
+    let floor = of(ROOM, "on = \"room.z_min\"\npoints = 1\nmeasure = \"cylindrical\"");
+    let face = SurfacePlace::Face { object: "room".to_owned(), face: BoxFace::ZMin };
+    assert_eq!((floor.place, floor.measure), (face, Measure::Cylinder));
+    let vertices = |written: &str| of(SHAPES, written).layout;
+    assert_eq!(vertices("on = \"twin\"\nvertices = true"), SurfaceLayout::Vertices);
+    for body in ["the head", "ball"] {
+        let written = format!("on = \"{body}\"\nvertices = true\npoints = 1000");
+        assert_eq!(vertices(&written), SurfaceLayout::Geodesic(1000));
+    }
+}
+
+#[test]
 fn details_are_off_unless_asked_for_and_filled_up() {
     let scene = parse(SHAPES, &[]).expect("parses");
     let ObjectSpec::Sh(head) = &scene.objects["the head"] else { panic!("coefficients") };
