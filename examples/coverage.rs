@@ -1,0 +1,189 @@
+//! Whether intervals hold the truth as often as they claim, with the stop at a target error switched on: 200 seeds of problems whose answer is known.
+//!
+//!     cargo run --release --example coverage
+//!
+//! Each value must be held at least 174 times of 200 by its 95 % interval (a binomial count falls below with probability 1e-5), all together by 93 to 97 % of them.
+
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use glam::DVec3;
+use harmolux::Result;
+use harmolux::estimators::{SensorEstimator, SensorSettings, Stop, Weighting, illuminance};
+use harmolux::exact::enclosures::IntegratingSphere;
+use harmolux::exact::{Cube, Plane as Side, SobolevProblem};
+use harmolux::math::{Randomness, Rgb};
+use harmolux::scene::{Material, Object, PointLight, Scene, Sensor};
+use harmolux::surface::primitives::{AxisBox, Plane, Sphere};
+
+const SEEDS: u64 = 200;
+const LEAST: usize = 174;
+const POOLED: std::ops::RangeInclusive<f64> = 0.93..=0.97;
+
+/// A scene with what its sensors receive, lx.
+struct Problem {
+    name: &'static str,
+    scene: Scene,
+    sensors: Vec<Sensor>,
+    exact: Vec<f64>,
+    /// The relative half width to stop at.
+    target: f64,
+}
+
+fn main() -> Result<ExitCode> {
+    let problems = [
+        sobolev("Sobolev A", SobolevProblem::default())?,
+        sobolev(
+            "Sobolev B",
+            SobolevProblem { reflectance: [0.8, 0.3], source_height: 0.7, ..Default::default() },
+        )?,
+        cube()?,
+        sphere()?,
+        furnace()?,
+    ];
+    let mut good = true;
+    println!("problem       estimator        target   pooled   least of {SEEDS}   values");
+    for problem in &problems {
+        let mut estimators = vec![
+            ("bounded", SensorEstimator::Local(Weighting::of(&problem.scene))),
+            ("path", SensorEstimator::Path),
+        ];
+        if problem.scene.emitters().is_empty() {
+            estimators.push(("plain local", SensorEstimator::Local(Weighting::Walk)));
+        }
+        for (name, estimator) in estimators {
+            let held = held(problem, estimator)?;
+            let least = held.iter().copied().min().unwrap_or(0);
+            let pooled = held.iter().sum::<usize>() as f64 / (held.len() as u64 * SEEDS) as f64;
+            let verdict = least >= LEAST && POOLED.contains(&pooled);
+            good &= verdict;
+            println!(
+                "{:12}  {name:12} {:8.1} % {:7.2} % {least:12} {:8}   {}",
+                problem.name,
+                100.0 * problem.target,
+                100.0 * pooled,
+                held.len(),
+                if verdict { "as claimed" } else { "NOT as claimed" }
+            );
+        }
+    }
+    Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Counts for each sensor the seeds whose interval holds the truth.
+fn held(problem: &Problem, estimator: SensorEstimator) -> Result<Vec<usize>> {
+    let mut held = vec![0; problem.sensors.len()];
+    for seed in 0..SEEDS {
+        let stop =
+            Stop { relative_error: Some(problem.target), walks: Some(1 << 17), ..Stop::default() };
+        let settings = SensorSettings { estimator, randomness: Randomness::Sobol, seed, stop };
+        let go_on = |_: &_| ControlFlow::Continue(());
+        let survey = illuminance(&problem.scene, &problem.sensors, &settings, &go_on)?;
+        for ((held, result), exact) in held.iter_mut().zip(&survey.results).zip(&problem.exact) {
+            let off = (result.total.mean - exact).abs();
+            // Where no light is random the estimate is exact to rounding.
+            *held += usize::from(off <= result.total.half_width(0.05) + 1e-12 * exact);
+        }
+    }
+    Ok(held)
+}
+
+fn grey(reflectance: f64) -> Result<Material> {
+    Material::lambert(Rgb::grey(reflectance))
+}
+
+fn sobolev(name: &'static str, problem: SobolevProblem) -> Result<Problem> {
+    let plane = |name: &str, z: f64, normal: DVec3, reflectance| -> Result<Object> {
+        let surface = Arc::new(Plane::new(DVec3::Z * z, normal)?);
+        let materials = vec![grey(reflectance)?];
+        Ok(Object { name: name.into(), surface, area: None, materials })
+    };
+    let [lower, upper] = problem.reflectance;
+    let objects = vec![
+        plane("lower", 0.0, DVec3::Z, lower)?,
+        plane("upper", problem.gap, DVec3::NEG_Z, upper)?,
+    ];
+    let at = DVec3::Z * problem.source_height;
+    let source = PointLight::isotropic("source", at, Rgb::grey(problem.intensity));
+    let radii = [0.0, 0.5, 1.0, 2.0, 3.0];
+    let exact = radii.iter().map(|r| problem.illuminance(Side::Lower, *r));
+    Ok(Problem {
+        name,
+        scene: Scene::new(objects, vec![source])?,
+        sensors: radii.iter().map(|r| Sensor::plane(DVec3::X * *r, DVec3::Z)).collect(),
+        exact: exact.collect::<Result<_>>()?,
+        target: 0.02,
+    })
+}
+
+fn cube() -> Result<Problem> {
+    let problem = Cube { edge: 4.0, flux: 10_000.0, reflectance: 0.5 };
+    let half = 0.5 * problem.edge;
+    let walls = AxisBox::new(DVec3::splat(-half), DVec3::splat(half))?.turned_inward(true);
+    let room = Object::new("cube", walls, grey(problem.reflectance)?);
+    let intensity = problem.flux / (4.0 * std::f64::consts::PI);
+    let lamp = PointLight::isotropic("lamp", DVec3::ZERO, Rgb::grey(intensity));
+    let light = problem.solve()?;
+    let places = [[0.0, 0.0], [1.0, 0.0], [1.5, 1.5], [1.9, 1.9]];
+    let exact = places.iter().map(|[x, y]| light.illuminance(*x, *y));
+    Ok(Problem {
+        name: "cube 5.8",
+        scene: Scene::new(vec![room], vec![lamp])?,
+        sensors: places
+            .iter()
+            .map(|[x, y]| Sensor::plane(DVec3::new(*x, *y, -half), DVec3::Z))
+            .collect(),
+        exact: exact.collect::<Result<_>>()?,
+        target: 0.02,
+    })
+}
+
+fn sphere() -> Result<Problem> {
+    let problem = IntegratingSphere {
+        radius: 1.0,
+        flux: 1.0,
+        offset: 0.5,
+        boundary: 0.0,
+        reflectance: [0.6, 0.6],
+    };
+    let surface = Sphere::new(DVec3::ZERO, problem.radius)?.turned_inward(true);
+    let wall = Object::new("sphere", surface, grey(0.6)?);
+    let intensity = problem.flux / (4.0 * std::f64::consts::PI);
+    let lamp = PointLight::isotropic("lamp", DVec3::Z * problem.offset, Rgb::grey(intensity));
+    let heights = [-0.8_f64, 0.1, 0.9];
+    let place = |mu: f64| DVec3::new((1.0 - mu * mu).sqrt(), 0.0, mu);
+    let exact = heights.iter().map(|mu| problem.illuminance(*mu));
+    Ok(Problem {
+        name: "sphere",
+        scene: Scene::new(vec![wall], vec![lamp])?,
+        sensors: heights.iter().map(|mu| Sensor::plane(place(*mu), -place(*mu))).collect(),
+        exact: exact.collect::<Result<_>>()?,
+        target: 0.01,
+    })
+}
+
+fn furnace() -> Result<Problem> {
+    let luminance = 100.0;
+    let material = |rho: f64| -> Result<Material> {
+        let exitance = std::f64::consts::PI * luminance * (1.0 - rho);
+        Ok(grey(rho)?.emitting(Rgb::grey(exitance)))
+    };
+    let walls = AxisBox::new(DVec3::ZERO, DVec3::new(4.0, 5.0, 3.0))?.turned_inward(true);
+    let ball = Sphere::new(DVec3::new(2.0, 2.5, 1.2), 0.8)?;
+    let objects =
+        vec![Object::new("room", walls, material(0.6)?), Object::new("ball", ball, material(0.3)?)];
+    let sensors = vec![
+        Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(0.01, 0.01, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(3.0, 1.0, 1.7), DVec3::new(0.6, 0.0, -0.8)),
+    ];
+    let exact = vec![std::f64::consts::PI * luminance; sensors.len()];
+    Ok(Problem {
+        name: "furnace",
+        scene: Scene::new(objects, vec![])?,
+        sensors,
+        exact,
+        target: 0.03,
+    })
+}
