@@ -1,5 +1,6 @@
 //! Drives a survey of sensors or of rays: every walk serves every sensor (eq. 5), replicate by replicate, doubled until the stop.
 
+use std::f64::consts::SQRT_2;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
@@ -155,6 +156,9 @@ fn survey(
     let mut sums = vec![[Sum::default(); REPLICATES]; receivers.len()];
     let mut control = Control::new(settings.stop);
     let (mut done, mut escaped) = (0, 0.0);
+    // Whether the doubling before let expect that this one meets the target. A run that stopped at the first error that happens to be small enough would
+    // stop too often at one that is too small, and its intervals would hold the truth less often than they claim.
+    let mut foreseen = false;
     let mut target = settings
         .stop
         .walks
@@ -168,7 +172,11 @@ fn survey(
         // Where nothing has got any light after so many walks, nothing is waited for.
         let error = largest_half_width(&points, &sums, done);
         let error = error.or_else(|| (walks >= ENOUGH_IN_THE_DARK).then_some(0.0));
-        let reached = doubled && control.meets_target(error);
+        let reached = doubled && control.meets_target(error) && foreseen;
+        if doubled {
+            let nearly = settings.stop.relative_error.map(|target| SQRT_2 * target);
+            foreseen = error.zip(nearly).is_some_and(|(error, nearly)| error <= nearly);
+        }
         let broken = control.report(walks, observer) == ControlFlow::Break(());
         if reached {
             break Ending::Error;
