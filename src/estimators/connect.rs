@@ -223,14 +223,15 @@ impl<'a> Connector<'a> {
     /// `None` where there is no such light.
     fn connection(&self, receiver: &Receiver, node: &Node) -> Option<(Ray, Rgb)> {
         let to_node = node.vertex.hit.point - receiver.hit.point;
-        let distance2 = to_node.length_squared();
-        if distance2 == 0.0 {
+        // What is at one point, too, is turned away from.
+        if node.vertex.normal.dot(to_node) >= 0.0 || receiver.turns_away(to_node) {
             return None;
         }
+        let distance2 = to_node.length_squared();
         let direction = to_node / distance2.sqrt();
         let response = receiver.response(direction);
         let cos = -node.vertex.normal.dot(direction);
-        if cos <= 0.0 || response.is_black() {
+        if response.is_black() {
             return None;
         }
         let kernel = PI * receiver.density(direction) * cos / distance2;

@@ -73,6 +73,7 @@ impl<'a> Receiver<'a> {
     }
 
     /// Gives W for light that comes from the unit vector `direction`; black from below a surface.
+    #[inline]
     pub fn response(&self, direction: DVec3) -> Rgb {
         let projection = self.projection(direction);
         if projection <= 0.0 || self.is_below(direction) {
@@ -89,7 +90,17 @@ impl<'a> Receiver<'a> {
         }
     }
 
+    /// Tells whether nothing can be received from along a vector of any length.
+    #[inline]
+    pub(super) fn turns_away(&self, from: DVec3) -> bool {
+        match self.response {
+            Response::Plane | Response::Reflection(..) => self.normal.dot(from) <= 0.0,
+            Response::Cylinder | Response::SemiCylinder(_) => false,
+        }
+    }
+
     /// Gives the part of W that is known without a reflection or a side to face. Not above 0 from where nothing is received.
+    #[inline]
     fn projection(&self, direction: DVec3) -> f64 {
         let cos = self.normal.dot(direction);
         match self.response {
@@ -132,6 +143,7 @@ impl<'a> Receiver<'a> {
     }
 
     /// Gives the density per steradian with which [`Receiver::sample`] looks along `direction`.
+    #[inline]
     pub(super) fn density(&self, direction: DVec3) -> f64 {
         match self.response {
             Response::Plane => sampling::cosine_pdf(self.normal.dot(direction)),
@@ -154,6 +166,7 @@ impl<'a> Receiver<'a> {
 
     /// Tells whether a direction is below the true surface, seen from the side the receiver faces; that differs from the shading cosine on smooth
     /// meshes only, and around a cylinder there is no surface.
+    #[inline]
     fn is_below(&self, direction: DVec3) -> bool {
         match self.response {
             Response::Cylinder | Response::SemiCylinder(_) => false,
