@@ -8,5 +8,6 @@ pub mod plots;
 pub mod points;
 pub mod rays;
 pub mod scene_file;
+pub mod sensor_table;
 pub mod spectra;
 pub mod tables;
