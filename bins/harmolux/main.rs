@@ -8,6 +8,7 @@ mod detail_report;
 mod diff;
 mod exact;
 mod exit;
+mod falsecolor;
 mod fit;
 mod fit_many;
 mod fit_report;
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
         Verb::Illum(verb) => illum::run(verb, arguments.json),
         Verb::Probe(verb) => probe::run(verb, arguments.json),
         Verb::Exact(verb) => exact::run(verb, arguments.json),
+        Verb::Falsecolor(verb) => falsecolor::run(verb, arguments.json),
         Verb::Check(verb) => check::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),

@@ -75,11 +75,13 @@ struct Columns {
 
 impl Columns {
     fn of(path: &Path, header: &StringRecord, value: &str) -> Result<Self> {
-        let find = |name: &str| header.iter().position(|h| h.trim_start_matches('\u{feff}') == name);
+        let find =
+            |name: &str| header.iter().position(|h| h.trim_start_matches('\u{feff}') == name);
         let need = |name: &str| {
             find(name).ok_or_else(|| {
                 let names: Vec<&str> = header.iter().collect();
-                let message = format!("the table has no column `{name}`, only {}", names.join(", "));
+                let message =
+                    format!("the table has no column `{name}`, only {}", names.join(", "));
                 Error::from(InputError::new(path, message).at(1, None).help(WRITE_IT))
             })
         };
@@ -159,7 +161,8 @@ mod tests {
     #[test]
     fn groups_keep_their_order_and_hidden_sensors_do_not_count() {
         let rows = "b,1,2,3,0,0,1,5,\na,0,0,0,1,0,0,7,the \"\"head\nb,2,2,3,0,0,1,,\n";
-        let groups = parsed(&format!("{HEADER}{}", rows.replace("the \"\"head", "head"))).expect("read");
+        let groups =
+            parsed(&format!("{HEADER}{}", rows.replace("the \"\"head", "head"))).expect("read");
         assert_eq!(groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>(), ["b", "a"]);
         assert_eq!(groups[0].at, [DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 2.0, 3.0)]);
         assert_eq!((groups[0].normals[1], groups[0].values[0]), (DVec3::Z, Some(5.0)));

@@ -23,6 +23,8 @@ pub struct ScaleWish {
     pub palette: Palette,
     /// Whether each division has one colour.
     pub bands: bool,
+    /// Whether an open low end of a linear scale may be above 0, where the values are all far from it.
+    pub tight: bool,
 }
 
 /// Gives colours to values.
@@ -46,8 +48,8 @@ pub struct ColourScale {
 }
 
 impl ScaleWish {
-    /// Fits a scale to values. What is left open runs from 0 (of tight values, whose least is above half of the largest, from there) to a round number
-    /// that is not below a share `cover`, from 0 to 1, of them; values that are not finite do not count, and without any the scale ends at 1.
+    /// Fits a scale to values. What is left open runs from 0 (or, of a `tight` scale of values whose least is above half of the largest, from below that) to a round number that is not
+    /// below a share `cover`, from 0 to 1, of them; values that are not finite do not count, and without any the scale ends at 1.
     ///
     /// # Errors
     /// [`Error::Parameter`] when an end is not a finite number, the high one is not above the low one, or a logarithmic scale would not be positive.
@@ -57,16 +59,33 @@ impl ScaleWish {
         let place = (cover.clamp(0.0, 1.0) * sorted.len().saturating_sub(1) as f64).ceil();
         let reached = sorted.get(place as usize).copied().unwrap_or(0.0);
         let least = sorted.first().copied().unwrap_or(0.0);
-        let mut high = self.high.unwrap_or_else(|| end_above(reached));
+        let mut high = self.high.unwrap_or_else(|| match self.decades {
+            Some(_) => ticks::step_above(end_above(reached)),
+            None => end_above(reached),
+        });
         let (low, kind) = match self.decades {
             Some(decades) => (high / 10_f64.powf(decades), Scale::Logarithmic),
-            None => (self.low.unwrap_or_else(|| start_below(least, reached)), Scale::Linear),
+            None => (self.low.unwrap_or_else(|| self.start_below(least, reached)), Scale::Linear),
         };
         // A low end that was asked for lifts a high end that was not.
         if self.high.is_none() && self.low.is_some_and(|low| low >= high && low.is_finite()) {
             high = low + low.abs().max(1.0);
         }
         self.checked(low, high, kind)
+    }
+
+    /// Lets an open low end be above 0.
+    pub fn tight(self) -> Self {
+        Self { tight: true, ..self }
+    }
+
+    fn start_below(&self, least: f64, reached: f64) -> f64 {
+        if least < 0.0 {
+            return -ticks::round_above(-least);
+        }
+        let far = self.tight && least > 0.5 * reached;
+        let start = if far { ticks::round_below(least) } else { 0.0 };
+        if start < end_above(reached) { start } else { 0.0 }
     }
 
     fn checked(&self, low: f64, high: f64, kind: Scale) -> Result<ColourScale> {
@@ -109,15 +128,6 @@ fn end_above(reached: f64) -> f64 {
     }
 }
 
-fn start_below(least: f64, reached: f64) -> f64 {
-    if least < 0.0 {
-        return -ticks::round_above(-least);
-    }
-    let end = end_above(reached);
-    let start = if least > 0.5 * reached { ticks::round_below(least) } else { 0.0 };
-    if start < end { start } else { 0.0 }
-}
-
 impl ColourScale {
     /// Gives the values of the first and the last colour.
     pub const fn range(&self) -> [f64; 2] {
@@ -137,6 +147,14 @@ impl ColourScale {
     /// Gives the values at which it is divided, ascending: the numbers of its legend, and the isolines.
     pub fn levels(&self) -> &[f64] {
         &self.levels
+    }
+
+    /// Lists the numbers of a legend, the ends of the scale first, then the levels between them.
+    pub(super) fn numbers(&self) -> Vec<(f64, String)> {
+        let is_level = |end: &f64| self.levels.iter().any(|v| self.place(*v) == self.place(*end));
+        let ends = self.range().into_iter().filter(|end| !is_level(end));
+        let ends = ends.map(|end| (end, ticks::short(end, DIGITS)));
+        ends.chain(self.levels.iter().copied().zip(self.level_texts())).collect()
     }
 
     /// Writes the levels.
@@ -222,8 +240,9 @@ mod tests {
     fn open_ends_are_fitted_and_stated_ones_kept() {
         let open = ScaleWish::default();
         assert_eq!(fitted(&open, &[20.0, 523.0]).range(), [0.0, 600.0]);
-        assert_eq!(fitted(&open, &[480.0, 523.0]).range(), [400.0, 600.0]);
-        assert_eq!(fitted(&open, &[7.0, 7.0]).range(), [6.0, 8.0]);
+        assert_eq!(fitted(&open.tight(), &[480.0, 523.0]).range(), [400.0, 600.0]);
+        assert_eq!(fitted(&open.tight(), &[7.0, 7.0]).range(), [6.0, 8.0]);
+        assert_eq!(fitted(&open, &[480.0, 523.0]).range(), [0.0, 600.0]);
         assert_eq!(fitted(&open, &[-3.0, 5.0]).range(), [-3.0, 5.0]);
         assert_eq!(fitted(&open, &[-3.0, -1.0]).range(), [-3.0, 0.0]);
         let low = ScaleWish { low: Some(700.0), ..open };
@@ -264,6 +283,15 @@ mod tests {
         assert_eq!(fitted(&four, &[]).levels(), [0.0, 2.5, 5.0, 7.5, 10.0]);
         let log = ScaleWish { low: None, decades: Some(2.0), divisions: Some(2), ..four };
         assert_eq!(fitted(&log, &[]).level_texts(), ["0.1", "1", "10"]);
+    }
+
+    #[test]
+    fn legend_has_the_ends_of_the_scale() {
+        let odd = ScaleWish { high: Some(37.0), low: Some(5.0), ..Default::default() };
+        let texts: Vec<String> = fitted(&odd, &[]).numbers().into_iter().map(|(_, t)| t).collect();
+        assert_eq!(texts, ["5", "37", "5", "10", "15", "20", "25", "30", "35"][1..]);
+        let log = ScaleWish { decades: Some(2.0), ..Default::default() };
+        assert_eq!(fitted(&log, &[56.0]).range(), [1.0, 100.0]);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use kuva::render::plots::Plot;
 use kuva::render::render::{Scene, render_multiple};
 
 use super::paper::{PIXELS, pixels, plain, svg};
+use super::ticks::{step_above, step_below};
 use super::{Curve, Figure, Scale, Style};
 use crate::io::images::encode_png;
 use crate::{Error, Result};
@@ -277,20 +278,6 @@ fn around(low: f64, high: f64) -> [f64; 2] {
     }
 }
 
-/// Gives the largest 1, 2 or 5 times a power of ten not above `value`, a positive number.
-fn step_below(value: f64) -> f64 {
-    let decade = 10_f64.powf(value.log10().floor());
-    let fits = |k: &f64| k * decade <= value * (1.0 + 1e-9);
-    [5.0, 2.0, 1.0].into_iter().find(fits).map_or(decade, |k| k * decade)
-}
-
-/// Gives the smallest 1, 2 or 5 times a power of ten not below `value`, a positive number.
-fn step_above(value: f64) -> f64 {
-    let decade = 10_f64.powf(value.log10().floor());
-    let fits = |k: &f64| k * decade >= value * (1.0 - 1e-9);
-    [1.0, 2.0, 5.0].into_iter().find(fits).map_or(10.0 * decade, |k| k * decade)
-}
-
 /// Removes the colour sequences, ESC [ ... m.
 fn without_escapes(text: &str) -> String {
     let mut pieces = text.split('\x1b');
@@ -301,16 +288,6 @@ fn without_escapes(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn steps_are_one_two_five() {
-        for (value, low, high) in
-            [(1.0, 1.0, 1.0), (3.2, 2.0, 5.0), (0.07, 0.05, 0.1), (90.0, 50.0, 100.0)]
-        {
-            assert!((step_below(value) / low - 1.0).abs() <= 1e-12, "{value}");
-            assert!((step_above(value) / high - 1.0).abs() <= 1e-12, "{value}");
-        }
-    }
 
     #[test]
     fn escapes_are_removed() {

@@ -173,11 +173,13 @@ impl FalseColour {
         paper.place(PICTURE);
         let mut placing =
             Placing::new(picture, Vec::new(), 0.8 * picture.width.max(picture.height));
-        if self.extremes {
-            self.draw_extremes(&mut paper, &mut placing, layout, &tally);
-        }
+        let extremes = self.extremes(&mut placing, layout);
         if self.lines {
             self.draw_lines(&mut paper, &mut placing, layout);
+        }
+        for (at, middle, text) in extremes {
+            mark(&mut paper, at, font);
+            paper.plate(middle, font, &text);
         }
         legend.draw(&mut paper, [picture.right() + gap, picture.y], height);
         paper
@@ -220,31 +222,30 @@ impl FalseColour {
         }
     }
 
-    fn draw_extremes(
+    /// Lists the extremes, if they are shown: where each is, the middle of its plate, its text. Labels of lines are kept off them.
+    fn extremes(
         &self,
-        paper: &mut Paper,
         placing: &mut Placing,
         layout: &Layout,
-        tally: &Tally,
-    ) {
+    ) -> Vec<([f64; 2], [f64; 2], String)> {
         let Layout { font, picture, .. } = *layout;
-        let largest = tally.largest.map_or(1.0, |(_, v)| v);
-        for (place, value) in [tally.largest, tally.least].into_iter().flatten() {
-            let [x, y] = layout.place([place % self.width, place / self.width].map(|n| n as f64));
-            let text = ticks::beside(value, largest);
+        let tally = self.tally();
+        let found = [tally.largest, tally.least].into_iter().flatten().filter(|_| self.extremes);
+        let mut extremes = Vec::new();
+        for (place, value) in found {
+            let at = layout.place([place % self.width, place / self.width].map(|n| n as f64));
+            let text = ticks::short(value, 3);
             let size = plate_size(&text, font);
             let aside = 0.5 * size[0] + 0.8 * font;
-            let middle = if x + 2.0 * aside < picture.right() { x + aside } else { x - aside };
-            let area = Area::about([middle, y], size);
-            let y = y.clamp(picture.y + 0.5 * size[1], picture.bottom() - 0.5 * size[1]);
-            mark(
-                paper,
-                layout.place([place % self.width, place / self.width].map(|n| n as f64)),
-                font,
-            );
-            placing.take(paper.plate([middle, y], font, &text));
-            placing.take(Area::about([x, area.y], [font, font]));
+            let right = at[0] + aside + 0.5 * size[0] <= picture.right();
+            let x = if right { at[0] + aside } else { at[0] - aside };
+            let [top, bottom] = [picture.y + 0.5 * size[1], picture.bottom() - 0.5 * size[1]];
+            let middle = [x, at[1].clamp(top, bottom.max(top))];
+            placing.take(Area::about(at, [font, font]));
+            placing.take(Area::about(middle, size));
+            extremes.push((at, middle, text));
         }
+        extremes
     }
 }
 
@@ -364,7 +365,7 @@ mod tests {
         let image = decoded(&plain);
         assert_ne!(decoded(&plain.clone().with_lines(true)), image);
         let svg = plain.clone().with_extremes(true).to_svg().expect("drawn");
-        assert!(svg.contains("<circle") && svg.contains(">15.0<"), "extremes");
+        assert!(svg.contains("<circle") && svg.contains(">15<"), "extremes");
         assert!(!plain.to_svg().expect("drawn").contains("<circle"));
     }
 

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::labels::Placing;
+use super::labels::{Placing, length};
 use super::legend::{Legend, Swatch, draw_isoline, draw_swatch};
 use super::palette::is_light;
-use super::paper::{Align, Area, BLACK, FRAME, INK, Paper, WHITE, plate_size, text_width};
+use super::paper::{Align, Area, BLACK, FRAME, INK, Paper, Rgb8, WHITE, plate_size, text_width};
 use super::{ColourScale, Tally, ticks};
 use crate::io::images::{NOT_FINITE, encode_png};
 use crate::math::{Lattice, isolines, refined};
@@ -19,6 +19,8 @@ const SCALE: f64 = 2.0;
 const FONT: f64 = 14.0;
 const LABEL: f64 = 12.0;
 const VALUES: [f64; 2] = [8.0, 15.0];
+/// Lines shorter than this are not drawn.
+const SHORTEST: f64 = 8.0;
 /// Isolines are drawn on a grid refined to about this many nodes.
 const FINE: usize = 60_000;
 
@@ -144,7 +146,7 @@ impl Isolux {
                 };
                 format!("at {} = {height} m, seen from {from}", NAMES[axis])
             }
-            None => format!("seen from {}", direction(normal)),
+            None => format!("facing {}", direction(normal)),
         };
         let zero = match [right, up].iter().any(|d| along_axis(*d).is_none()) {
             true => format!("; 0 is at {} m", direction(origin)),
@@ -185,108 +187,145 @@ impl Isolux {
     }
 
     fn draw_lines_and_values(&self, paper: &mut Paper, layout: &Layout, tally: &Tally) {
-        let largest = tally.largest.map_or(1.0, |(_, v)| v);
-        let texts: Vec<Option<String>> = self
-            .values
-            .iter()
-            .map(|v| v.filter(|v| v.is_finite()).map(|v| ticks::beside(v, largest)))
-            .collect();
-        let font = layout.value_font(texts.iter().flatten());
-        let middles = self.lattice.nodes.iter().map(|node| layout.middle(*node));
-        let written: Vec<([f64; 2], &String, [u8; 3])> = match font {
-            None => Vec::new(),
-            Some(_) => middles
-                .zip(&texts)
-                .zip(&self.values)
-                .filter_map(|((at, text), value)| {
-                    Some((at, text.as_ref()?, self.scale.colour((*value)?)?))
-                })
-                .collect(),
-        };
-        let size = font.unwrap_or(0.0);
-        let areas =
-            written.iter().map(|(at, text, _)| Area::about(*at, [text_width(text, size), size]));
+        let values = self.written(layout, tally);
+        let areas = values.iter().map(|value| value.area);
         let reach = 0.9 * layout.plot.width.max(layout.plot.height);
         let mut placing = Placing::new(layout.plot, areas.collect(), reach);
-        self.draw_extremes(paper, &mut placing, layout, tally, font.is_none());
-        let labels = self.draw_lines(paper, &mut placing, layout);
-        for (at, text, ground) in written {
-            let area = Area::about(at, [text_width(text, size), size]);
+        let extremes = self.extremes(layout, tally, values.is_empty());
+        for extreme in &extremes {
+            placing.take(extreme.keep_free);
+        }
+        let (lines, labels) = self.lines(&mut placing, layout);
+        for line in &lines {
+            draw_isoline(paper, line, 1.3);
+        }
+        for Extreme { cell, .. } in &extremes {
+            paper.frame(inset(*cell, 1.0), BLACK, 2.0);
+            paper.frame(inset(*cell, 2.8), WHITE, 1.6);
+        }
+        for value in values {
             // A value under the label of a line would be read as neither.
-            let hidden = placing.taken().iter().any(|label| label.overlap(&area) > 0.0);
-            if !hidden {
-                let ink = if is_light(ground) { BLACK } else { WHITE };
-                paper.text(at, Align::Middle, size, ink, text);
+            let size = |text: &str| plate_size(text, LABEL);
+            let under = |(at, text): &([f64; 2], String)| {
+                Area::about(*at, size(text)).overlap(&value.area) > 0.0
+            };
+            if !labels.iter().any(under) {
+                let crossed = lines.iter().flatten().any(|p| value.area.contains(*p));
+                value.draw(paper, crossed);
             }
         }
         for (middle, text) in labels {
             paper.plate(middle, LABEL, &text);
         }
+        for (middle, text) in extremes.into_iter().filter_map(|extreme| extreme.plate) {
+            paper.plate(middle, LABEL, &text);
+        }
     }
 
-    /// Draws the isolines; gives where their labels go.
-    fn draw_lines(
+    /// Lists the values that are written in their cells; none where cells are too small.
+    fn written(&self, layout: &Layout, tally: &Tally) -> Vec<Written> {
+        let largest = tally.largest.map_or(1.0, |(_, v)| v);
+        let finite = self.counting().filter(|(_, v)| v.is_finite());
+        let texts = finite.map(|(i, v)| (i, v, ticks::beside(v, largest)));
+        let texts: Vec<(usize, f64, String)> = texts.collect();
+        let Some(font) = layout.value_font(texts.iter().map(|(_, _, text)| text)) else {
+            return Vec::new();
+        };
+        let written = |(sensor, value, text): (usize, f64, String)| {
+            let at = layout.middle(self.lattice.nodes[sensor]);
+            let area = Area::about(at, [text_width(&text, font), font]);
+            Some(Written { area, at, font, text, ground: self.scale.colour(value)? })
+        };
+        texts.into_iter().filter_map(written).collect()
+    }
+
+    /// Gives the isolines, and where their labels go.
+    fn lines(
         &self,
-        paper: &mut Paper,
         placing: &mut Placing,
         layout: &Layout,
-    ) -> Vec<([f64; 2], String)> {
+    ) -> (Vec<Vec<[f64; 2]>>, Vec<([f64; 2], String)>) {
         let field: Vec<f64> = self.field().iter().map(|v| self.scale.evened(*v)).collect();
         let times = ((FINE / field.len().max(1)) as f64).sqrt().clamp(1.0, 12.0) as usize;
         let (columns, fine) = refined(layout.columns, &field, times);
-        let times = if times < 2 { 1.0 } else { times as f64 };
-        let mut labels = Vec::new();
+        let place = |p: [f64; 2]| layout.place(p.map(|x| x / times as f64));
+        let (mut all, mut labels) = (Vec::new(), Vec::new());
         for (level, text) in self.scale.levels().iter().zip(self.scale.level_texts()) {
-            let lines = isolines(columns, &fine, self.scale.evened(*level));
-            let place = |p: [f64; 2]| layout.place(p.map(|x| x / times));
-            let lines: Vec<Vec<[f64; 2]>> = lines
+            let lines: Vec<Vec<[f64; 2]>> = isolines(columns, &fine, self.scale.evened(*level))
                 .into_iter()
                 .map(|line| line.points.into_iter().map(place).collect())
+                .filter(|line: &Vec<[f64; 2]>| length(line) >= SHORTEST)
                 .collect();
-            for line in &lines {
-                draw_isoline(paper, line, 1.3);
-            }
             let middles = placing.on(&lines, plate_size(&text, LABEL));
             labels.extend(middles.into_iter().map(|middle| (middle, text.clone())));
+            all.extend(lines);
         }
-        labels
+        (all, labels)
     }
 
-    fn draw_extremes(
-        &self,
-        paper: &mut Paper,
-        placing: &mut Placing,
-        layout: &Layout,
-        tally: &Tally,
-        write: bool,
-    ) {
-        if !self.extremes {
-            return;
-        }
+    /// Lists what marks the largest and the least value; with their number where cells have none.
+    fn extremes(&self, layout: &Layout, tally: &Tally, write: bool) -> Vec<Extreme> {
         let largest = tally.largest.map_or(1.0, |(_, v)| v);
-        for (sensor, value) in [tally.largest, tally.least].into_iter().flatten() {
+        let extreme = |(sensor, value): (usize, f64)| {
             let node = self.lattice.nodes[sensor];
             let cell = layout.cell(node);
-            paper.frame(inset(cell, 1.0), BLACK, 2.0);
-            paper.frame(inset(cell, 2.8), WHITE, 1.6);
-            if write {
-                let text = ticks::beside(value, largest);
-                let size = plate_size(&text, LABEL);
-                let above = cell.y - 0.6 * size[1];
-                let below = cell.bottom() + 0.6 * size[1];
-                let y = if above - size[1] > layout.plot.y { above } else { below };
-                let half = 0.5 * size[0];
-                let x = layout.middle(node)[0];
-                let x = x.clamp(
-                    layout.plot.x + half,
-                    (layout.plot.right() - half).max(layout.plot.x + half),
-                );
-                placing.take(paper.plate([x, y], LABEL, &text));
+            if !write {
+                return Extreme { cell, keep_free: inset(cell, 4.0), plate: None };
             }
-            // What is marked keeps its number in sight.
-            placing.take(if write { cell } else { Area::about(layout.middle(node), [1.0, 1.0]) });
-        }
+            let text = ticks::beside(value, largest);
+            let size = plate_size(&text, LABEL);
+            let at = layout.beside(cell, size);
+            Extreme { cell, keep_free: Area::about(at, size), plate: Some((at, text)) }
+        };
+        let found = [tally.largest, tally.least].into_iter().flatten().filter(|_| self.extremes);
+        found.map(extreme).collect()
     }
+}
+
+/// A value in its cell.
+struct Written {
+    area: Area,
+    at: [f64; 2],
+    font: f64,
+    text: String,
+    /// The colour of the cell.
+    ground: Rgb8,
+}
+
+impl Written {
+    /// Writes it; with a rim of the colour of its cell where a line would cross it.
+    fn draw(&self, paper: &mut Paper, rim: bool) {
+        let [x, y] = self.at;
+        let write = |paper: &mut Paper, at, ink| {
+            paper.text(at, Align::Middle, self.font, ink, &self.text);
+        };
+        if rim {
+            for (dx, dy) in RIM {
+                write(paper, [x + dx, y + dy], self.ground);
+            }
+        }
+        write(paper, self.at, if is_light(self.ground) { BLACK } else { WHITE });
+    }
+}
+
+/// Where copies of a text make its rim.
+const RIM: [(f64, f64); 8] = [
+    (-1.5, 0.0),
+    (1.5, 0.0),
+    (0.0, -1.5),
+    (0.0, 1.5),
+    (-1.0, -1.0),
+    (1.0, -1.0),
+    (-1.0, 1.0),
+    (1.0, 1.0),
+];
+
+/// What marks an extreme.
+struct Extreme {
+    cell: Area,
+    /// What labels of lines should not cover.
+    keep_free: Area,
+    plate: Option<([f64; 2], String)>,
 }
 
 fn inset(area: Area, by: f64) -> Area {
@@ -371,6 +410,15 @@ impl Layout {
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [width, height] = self.cell;
         [self.plot.x + (x + 0.5) * width, self.plot.bottom() - (y + 0.5) * height]
+    }
+
+    /// Gives the middle of a plate above a cell, or below where there is no room.
+    fn beside(&self, cell: Area, size: [f64; 2]) -> [f64; 2] {
+        let half = 0.5 * size[0];
+        let above = cell.y - 0.7 * size[1];
+        let y = if above - size[1] > self.plot.y { above } else { cell.bottom() + 0.7 * size[1] };
+        let [left, right] = [self.plot.x + half, self.plot.right() - half];
+        [(cell.x + 0.5 * cell.width).clamp(left, right.max(left)), y]
     }
 
     fn middle(&self, node: usize) -> [f64; 2] {

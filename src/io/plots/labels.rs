@@ -22,11 +22,6 @@ impl Placing {
         Self { frame, soft, taken: Vec::new(), reach }
     }
 
-    /// Gives the areas that have been placed.
-    pub(super) fn taken(&self) -> &[Area] {
-        &self.taken
-    }
-
     /// Keeps an area free of what comes.
     pub(super) fn take(&mut self, area: Area) {
         self.taken.push(area);
@@ -140,6 +135,7 @@ mod tests {
             let [a, b] = [*a, *b].map(|p| Area::about(p, [30.0, 12.0]));
             assert_eq!(a.overlap(&b), 0.0);
         }
-        assert_eq!(placing.taken().len(), 4);
+        placing.take(Area { x: 0.0, y: 0.0, width: 400.0, height: 100.0 });
+        assert!(placing.on(&line(20.0), [30.0, 12.0]).is_empty());
     }
 }

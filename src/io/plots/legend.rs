@@ -36,8 +36,9 @@ impl Legend<'_> {
 
     /// Gives the width it takes.
     pub(super) fn width(&self) -> f64 {
-        let texts = self.scale.level_texts();
-        let numbers = texts.iter().map(|t| self.bar_width() + 0.9 * self.font + self.wide(t));
+        let numbers = self.scale.numbers();
+        let numbers =
+            numbers.iter().map(|(_, t)| self.bar_width() + 0.9 * self.font + self.wide(t));
         let notes =
             self.notes.iter().map(|(_, t)| self.bar_width() + 0.6 * self.font + self.wide(t));
         let widest = numbers.chain(notes).fold(self.wide(self.unit), f64::max);
@@ -109,16 +110,17 @@ impl Legend<'_> {
 
     fn draw_numbers(&self, paper: &mut Paper, bar: Area) {
         let font = self.font;
-        let mut last = f64::INFINITY;
-        for (level, text) in self.scale.levels().iter().zip(self.scale.level_texts()) {
-            let y = bar.bottom() - bar.height * self.scale.place(*level).unwrap_or(0.0);
+        let mut taken: Vec<f64> = Vec::new();
+        for (level, text) in self.scale.numbers() {
+            let y = bar.bottom() - bar.height * self.scale.place(level).unwrap_or(0.0);
+            // Numbers that would stand on others are left out.
+            if taken.iter().any(|other| (other - y).abs() < 1.1 * font) {
+                continue;
+            }
             let tick = vec![[bar.right(), y], [bar.right() + 0.4 * font, y]];
             paper.polyline(tick, FRAME, 1.0);
-            // Numbers that would stand on each other are left out.
-            if last - y >= 1.1 * font {
-                paper.text([bar.right() + 0.7 * font, y], Align::Left, font, INK, &text);
-                last = y;
-            }
+            paper.text([bar.right() + 0.7 * font, y], Align::Left, font, INK, &text);
+            taken.push(y);
         }
     }
 }

@@ -101,6 +101,11 @@ impl Area {
         width.max(0.0) * height.max(0.0)
     }
 
+    /// Tells whether a point lies within.
+    pub(super) fn contains(&self, [x, y]: [f64; 2]) -> bool {
+        (self.x..=self.right()).contains(&x) && (self.y..=self.bottom()).contains(&y)
+    }
+
     /// Tells whether another lies within.
     pub(super) fn holds(&self, other: &Self) -> bool {
         other.x >= self.x
@@ -241,12 +246,11 @@ impl Paper {
         });
     }
 
-    /// Writes a text on a light plate, and gives the area of that.
-    pub(super) fn plate(&mut self, at: [f64; 2], size: f64, text: &str) -> Area {
+    /// Writes a text on a light plate.
+    pub(super) fn plate(&mut self, at: [f64; 2], size: f64, text: &str) {
         let area = Area::about(at, plate_size(text, size));
         self.fill(area, WHITE, Some(0.85));
         self.text(at, Align::Middle, size, BLACK, text);
-        area
     }
 }
 
@@ -299,6 +303,6 @@ mod tests {
         paper.fill(Area { x: 10.0, y: 10.0, width: 20.0, height: 20.0 }, [200, 100, 0], None);
         let drawn = paper.pixels(2.0).expect("drawn");
         assert_eq!((drawn.dimensions(), drawn[(5, 5)].0), ((400, 100), [1, 2, 3]));
-        assert_eq!((drawn[(20, 20)].0, drawn[(59, 59)].0), ([200, 100, 0], [200, 100, 0]));
+        assert_eq!((drawn[(22, 22)].0, drawn[(57, 57)].0), ([200, 100, 0], [200, 100, 0]));
     }
 }

@@ -53,6 +53,20 @@ pub(super) fn round_above(value: f64) -> f64 {
     fits.unwrap_or_else(|| tidy(10.0 * unit))
 }
 
+/// Gives the largest 1, 2 or 5 times a power of ten that is not above a positive number.
+pub(super) fn step_below(value: f64) -> f64 {
+    let unit = decade(value);
+    let fits = |k: &f64| k * unit <= value * (1.0 + 1e-9);
+    tidy([5.0, 2.0, 1.0].into_iter().find(fits).map_or(unit, |k| k * unit))
+}
+
+/// Gives the smallest 1, 2 or 5 times a power of ten that is not below a positive number.
+pub(super) fn step_above(value: f64) -> f64 {
+    let unit = decade(value);
+    let fits = |k: &f64| k * unit >= value * (1.0 - 1e-9);
+    tidy([1.0, 2.0, 5.0].into_iter().find(fits).map_or(10.0 * unit, |k| k * unit))
+}
+
 /// Gives the largest round number that is not above a positive one.
 pub(super) fn round_below(value: f64) -> f64 {
     let unit = decade(value);
@@ -141,7 +155,18 @@ mod tests {
         assert_eq!(logarithmic(1e-3, 1e3).len(), 7);
         assert!(logarithmic(1e-30, 1e30).len() <= 13);
         assert_eq!([round_above(520.0), round_above(0.9), round_above(100.0)], [600.0, 1.0, 100.0]);
+        assert_eq!([step_above(1.0), step_above(80.0), step_above(0.03)], [1.0, 100.0, 0.05]);
         assert_eq!([round_below(520.0), round_below(0.9), round_below(99.0)], [500.0, 0.8, 80.0]);
+    }
+
+    #[test]
+    fn steps_are_one_two_five() {
+        for (value, low, high) in
+            [(1.0, 1.0, 1.0), (3.2, 2.0, 5.0), (0.07, 0.05, 0.1), (90.0, 50.0, 100.0)]
+        {
+            assert!((step_below(value) / low - 1.0).abs() <= 1e-12, "{value}");
+            assert!((step_above(value) / high - 1.0).abs() <= 1e-12, "{value}");
+        }
     }
 
     #[test]
