@@ -14,6 +14,7 @@ mod fit_many;
 mod fit_report;
 mod illum;
 mod illum_report;
+mod illum_target;
 mod info;
 mod interrupt;
 mod mean;

@@ -3,6 +3,7 @@
 pub mod coefficients;
 pub mod images;
 pub mod meshes;
+pub mod npy;
 pub mod output;
 pub mod plots;
 pub mod points;

@@ -187,7 +187,7 @@ impl ColourScale {
         }
         let bounds: Vec<f64> = self.inner_levels().filter_map(|level| self.place(level)).collect();
         let band = bounds.iter().filter(|bound| **bound <= place + 1e-12).count();
-        self.palette.colour(band as f64 / bounds.len().max(1) as f64)
+        self.palette.colour((band as f64 + 0.5) / (bounds.len() + 1) as f64)
     }
 
     /// Lists the levels between the ends.
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn bands_have_one_colour_each_and_use_the_whole_palette() {
+    fn bands_have_one_colour_each_the_middle_of_their_part_of_the_palette() {
         let wish = ScaleWish {
             high: Some(4.0),
             low: Some(0.0),
@@ -318,7 +318,7 @@ mod tests {
         let scale = fitted(&wish, &[]);
         assert_eq!(scale.colour(0.1), scale.colour(0.9));
         assert_ne!(scale.colour(0.9), scale.colour(1.1));
-        assert_eq!(scale.colour(0.0), Some(Palette::Viridis.colour(0.0)));
-        assert_eq!(scale.colour(3.5), Some(Palette::Viridis.colour(1.0)));
+        assert_eq!(scale.colour(0.0), Some(Palette::Viridis.colour(0.125)));
+        assert_eq!(scale.colour(3.5), Some(Palette::Viridis.colour(0.875)));
     }
 }

@@ -193,7 +193,10 @@ impl Isolux {
         let mut placing = Placing::new(layout.plot, areas.collect(), reach);
         let extremes = self.extremes(layout, tally, values.is_empty());
         for extreme in &extremes {
-            placing.take(extreme.keep_free);
+            placing.take(extreme.cell);
+            if let Some((at, text)) = &extreme.plate {
+                placing.take(Area::about(*at, plate_size(text, LABEL)));
+            }
         }
         let (lines, labels) = self.lines(&mut placing, layout);
         for line in &lines {
@@ -270,12 +273,12 @@ impl Isolux {
             let node = self.lattice.nodes[sensor];
             let cell = layout.cell(node);
             if !write {
-                return Extreme { cell, keep_free: inset(cell, 4.0), plate: None };
+                return Extreme { cell, plate: None };
             }
             let text = ticks::beside(value, largest);
             let size = plate_size(&text, LABEL);
             let at = layout.beside(cell, size);
-            Extreme { cell, keep_free: Area::about(at, size), plate: Some((at, text)) }
+            Extreme { cell, plate: Some((at, text)) }
         };
         let found = [tally.largest, tally.least].into_iter().flatten().filter(|_| self.extremes);
         found.map(extreme).collect()
@@ -323,8 +326,6 @@ const RIM: [(f64, f64); 8] = [
 /// What marks an extreme.
 struct Extreme {
     cell: Area,
-    /// What labels of lines should not cover.
-    keep_free: Area,
     plate: Option<([f64; 2], String)>,
 }
 
