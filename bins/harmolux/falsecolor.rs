@@ -252,7 +252,7 @@ impl Shown {
         ];
         for (name, extreme) in [("least", tally.least), ("largest", tally.largest)] {
             if let Some((place, value)) = extreme {
-                let place: Vec<String> = self.place(place).iter().map(f64::to_string).collect();
+                let place: Vec<String> = self.place(place).into_iter().map(coordinate).collect();
                 let value = say::significant(value, 4);
                 lines.push((name, format!("{value} {} at ({})", self.unit, place.join(", "))));
             }
@@ -379,6 +379,11 @@ const NO_GRID: &str = "make the sensors a grid, [sensors.NAME.grid]; lines of se
 fn no_grid(path: &Path, name: &str, fault: &Error) -> Error {
     let message = format!("the sensors of `{name}` are no grid: {fault}");
     InputError::new(path, message).help(NO_GRID).into()
+}
+
+/// Writes a coordinate to a tenth of a millimetre.
+fn coordinate(x: f64) -> String {
+    format!("{}", (x * 1e4).round() / 1e4 + 0.0)
 }
 
 /// Writes a unit as it is printed: cd/m\u{b2}.
