@@ -11,8 +11,8 @@ use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
 use super::repairs::Repairs;
 use super::{
-    check, convert, diff, exact, fit, illum, info, mean, mesh, probe, random, render, spectrum,
-    sweep, transform,
+    check, convert, diff, exact, falsecolor, fit, illum, info, mean, mesh, probe, random, render,
+    spectrum, sweep, transform,
 };
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
@@ -35,6 +35,7 @@ Examples:
   harmolux illum data/scenes/head_room.toml              lux at the scene's sensors, each with its interval
   harmolux probe data/scenes/head_room.toml < rays.txt   cd/m2 along rays, a line each
   harmolux exact sobolev                                 light whose answer is known: two planes
+  harmolux falsecolor head_room.exr -o cd.png            cd/m2 in colours, with a legend; lux of grids
   harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
@@ -52,6 +53,7 @@ pub(crate) enum Verb {
     Illum(illum::Illum),
     Probe(probe::Probe),
     Exact(exact::Exact),
+    Falsecolor(falsecolor::Falsecolor),
     Check(check::Check),
     Fit(fit::Fit),
     Info(info::Info),

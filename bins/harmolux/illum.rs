@@ -21,10 +21,10 @@ use super::arguments::SceneArguments;
 use super::exit::Code;
 use super::fit::about;
 use super::illum_map::MapTarget;
+use super::illum_target::IllumTarget;
 use super::plot::{self, PlotFormat};
 use super::progress::Meter;
 use super::render::{code, load_scene, read_scene, stop};
-use super::target::Target;
 use super::{illum_map, illum_report, interrupt, say};
 
 /// Measure illuminance, lx, at the sensors of a scene
@@ -37,7 +37,8 @@ use super::{illum_map, illum_report, interrupt, say};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux illum room.toml                               a table
-  harmolux illum room.toml -o lux.csv                    the same as CSV
+  harmolux illum room.toml -o lux.csv                    the same as CSV; `harmolux falsecolor lux.csv` draws its grids
+  harmolux illum room.toml -o lux.npy                    the same for numpy.load, shape (sensors, 10)
   harmolux illum data/scenes/sobolev.toml -o fig2.svg    the lines of sensors, with error bars, as a plot
   harmolux illum room.toml --estimator radiosity         the same lux by another method
   harmolux illum room.toml -o head.ply                   sensors of kind surface as a coloured point cloud or mesh
@@ -45,8 +46,10 @@ use super::{illum_map, illum_report, interrupt, say};
 pub(crate) struct Illum {
     #[command(flatten)]
     pub(crate) common: SceneArguments,
-    /// Write the values of all sensors (.csv), a plot of the lines of sensors (.svg, .png) or a group of kind surface in false colours (.ply, named after
+    /// Write the values of all sensors (.csv, .npy), a plot of the lines of sensors (.svg, .png) or a group of kind surface in false colours (.ply, named after
     /// the group where there are several); may be repeated
+    ///
+    /// The array of an .npy file is float64 of shape (sensors, 10), rows as in the table: x, y, z, normal x, y, z, illuminance, 95 % half width, standard error, direct part; the last four are NaN for a sensor behind an object.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
     /// Replace output files that another program wrote
@@ -99,8 +102,8 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
         verb.output.iter().partition(|path| illum_map::is_map(path));
     let maps = maps.into_iter().map(|path| MapTarget::open(path, &file, verb));
     let maps: Vec<MapTarget> = maps.collect::<Result<_>>()?;
-    let targets = others.into_iter().map(|path| Target::open(path, &table, verb.force));
-    let targets: Vec<Target> = targets.collect::<Result<_>>()?;
+    let targets = others.into_iter().map(|path| IllumTarget::open(path, &table, verb.force));
+    let targets: Vec<IllumTarget> = targets.collect::<Result<_>>()?;
     let loaded = load_scene(&file)?;
     let known: Vec<Option<Vec<f64>>> =
         loaded.sensors.iter().map(|group| known(&file, group)).collect::<Result<_>>()?;

@@ -8,12 +8,14 @@ mod detail_report;
 mod diff;
 mod exact;
 mod exit;
+mod falsecolor;
 mod fit;
 mod fit_many;
 mod fit_report;
 mod illum;
 mod illum_map;
 mod illum_report;
+mod illum_target;
 mod info;
 mod interrupt;
 mod mean;
@@ -49,6 +51,7 @@ fn main() -> ExitCode {
         Verb::Illum(verb) => illum::run(verb, arguments.json),
         Verb::Probe(verb) => probe::run(verb, arguments.json),
         Verb::Exact(verb) => exact::run(verb, arguments.json),
+        Verb::Falsecolor(verb) => falsecolor::run(verb, arguments.json),
         Verb::Check(verb) => check::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),

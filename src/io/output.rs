@@ -50,6 +50,8 @@ impl Kind {
     pub const SVG: Self = Self::new("an SVG drawing", &["svg"], b"<svg");
     /// An `OpenEXR` image.
     pub const EXR: Self = Self::new("an EXR image", &["exr"], &[0x76, 0x2f, 0x31, 0x01]);
+    /// An array of NumPy, which has no room for a mark.
+    pub const NPY: Self = Self::unmarked("an array of NumPy", &["npy"]);
     /// A coefficient text in the layout of pyshtools.
     pub const COEFFICIENTS: Self = Self::new("a coefficient text", &["txt", "sh"], b"# harmolux ");
     /// A table or report as JSON.

@@ -1,11 +1,14 @@
-//! The ground floor: rays, boxes, frames, quadrature, sampling, random streams, statistics. Names no other room.
+//! The ground floor: rays, boxes, frames, quadrature, sampling, random streams, statistics, fields on grids. Names no other room.
 
 mod aabb;
 mod colour;
 mod frame;
+mod isolines;
+mod lattice;
 mod placement;
 pub mod quadrature;
 mod ray;
+mod refinement;
 mod rotation;
 pub mod sampling;
 pub mod stats;
@@ -14,7 +17,10 @@ mod streams;
 pub use aabb::Aabb;
 pub use colour::Rgb;
 pub use frame::Frame;
+pub use isolines::{Isoline, isolines};
+pub use lattice::Lattice;
 pub use placement::Placement;
 pub use ray::Ray;
+pub use refinement::refined;
 pub use rotation::{EulerAngles, Rotation};
 pub use streams::{Randomness, Stream, hash};

@@ -5,11 +5,11 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use super::npy::{self, Array};
 use super::rows::agreed;
 use super::{ReadOptions, SeriesFormat, Shape};
 use crate::Result;
 use crate::error::InputError;
+use crate::io::npy::{self, Array};
 use crate::sh::Coefficients;
 
 /// How far an imaginary part at m = 0 may be from 0, by the largest number: what rotations in double precision leave behind.

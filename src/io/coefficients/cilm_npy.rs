@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use super::npy::{self, Array};
 use super::rows::{agreed, collect};
 use super::{ReadOptions, Shape};
 use crate::Result;
 use crate::error::InputError;
+use crate::io::npy::{self, Array};
 use crate::sh::Convention;
 
 /// Writes the coefficients of a shape; its centre and source have no room.

@@ -3,7 +3,6 @@
 
 mod annotated;
 mod format;
-mod npy;
 mod recognise;
 mod rows;
 mod shape;

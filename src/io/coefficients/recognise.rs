@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{SeriesFormat, aics_csv, binary, bshc, compact, dov, npy, shadr, spharm_pdm};
+use super::{SeriesFormat, aics_csv, binary, bshc, compact, dov, shadr, spharm_pdm};
+use crate::io::npy;
 
 /// How much of a text is looked at, bytes.
 const HEAD: usize = 4096;

@@ -4,6 +4,7 @@ mod exr;
 mod png;
 
 pub use exr::{Attribute, Exr};
+pub(crate) use png::NOT_FINITE;
 pub use png::{Png, auto_exposure, encode_png, png};
 
 use crate::{Error, Result};

@@ -1,8 +1,5 @@
 //! From a figure to a scene of kuva, and from that to SVG, PNG and text.
 
-use image::imageops::FilterType;
-use kuva::backend::png::PngBackend;
-use kuva::backend::svg::SvgBackend;
 use kuva::backend::terminal::TerminalBackend;
 use kuva::plot::{
     LegendEntry, LegendPosition, LegendShape, LinePlot, LineStyle, MarkerShape, ScatterPlot,
@@ -12,9 +9,10 @@ use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render::render::{Scene, render_multiple};
 
+use super::paper::{PIXELS, pixels, plain, svg};
+use super::ticks::{step_above, step_below};
 use super::{Curve, Figure, Scale, Style};
 use crate::io::images::encode_png;
-use crate::io::output::SOFTWARE;
 use crate::{Error, Result};
 
 /// The colours of Okabe and Ito but yellow, which is faint on white; the ones easiest to tell apart come first.
@@ -31,12 +29,6 @@ const MARKERS: [MarkerShape; 5] = [
 
 /// The size of an SVG, in its user units.
 const SVG_SIZE: [f64; 2] = [860.0, 560.0];
-/// The sizes of a picture that can be made, pixels a side.
-const PIXELS: std::ops::RangeInclusive<u32> = 200..=4096;
-/// Pictures are drawn this many times finer and averaged, as far as memory allows: kuva smears text that runs upwards over a pixel.
-const FINER: u32 = 3;
-/// The largest side that is drawn, pixels.
-const FINEST: u32 = 8192;
 /// The sizes of a terminal that can be drawn to, characters.
 const COLUMNS: std::ops::RangeInclusive<usize> = 40..=400;
 const ROWS: std::ops::RangeInclusive<usize> = 12..=200;
@@ -51,12 +43,7 @@ impl Figure {
     /// # Errors
     /// [`Error::Parameter`] when no curve has a point that can be shown.
     pub fn to_svg(&self) -> Result<String> {
-        let svg = SvgBackend::new().render_scene(&self.scene(SVG_SIZE, Medium::Paper)?);
-        Ok(match svg.split_once('>') {
-            // Output knows our files by their name within the first KiB.
-            Some((start, rest)) => format!("{start}><!-- {SOFTWARE} -->{rest}"),
-            None => svg,
-        })
+        Ok(svg(&self.scene(SVG_SIZE, Medium::Paper)?))
     }
 
     /// Draws it as PNG of so many pixels (white ground); twice as many pixels show the same plot finer.
@@ -71,14 +58,10 @@ impl Figure {
                 PIXELS.end()
             )));
         }
-        let finer = (FINEST / width.max(height)).min(FINER);
         let scale = f64::from(width) / SVG_SIZE[0];
         let scene = self.scene([width, height].map(|n| f64::from(n) / scale), Medium::Paper)?;
-        let backend = PngBackend::new().with_scale(scale as f32 * finer as f32);
-        let drawn = backend.render_scene(&scene).map_err(|e| failed(&e))?;
-        let fine = image::load_from_memory(&drawn).map_err(|e| failed(&e))?.into_rgb8();
-        let pixels = image::imageops::resize(&fine, width, height, FilterType::Triangle);
-        encode_png(width as usize, height as usize, pixels.as_raw())
+        let drawn = pixels(&scene, scale, [width, height])?;
+        encode_png(width as usize, height as usize, drawn.as_raw())
     }
 
     /// Draws it with characters (Braille dots), so many columns and rows; without `coloured` no escape sequences are used.
@@ -283,15 +266,6 @@ fn with_legend(layout: Layout, shown: &[Curve], medium: Medium) -> Layout {
     layout.with_legend_position(LegendPosition::OutsideRightTop).with_legend_entries(entries)
 }
 
-fn failed(what: &dyn std::fmt::Display) -> Error {
-    Error::Numeric(format!("the plot cannot be drawn: {what}"))
-}
-
-/// Keeps kuva from reading formulas between dollar signs.
-fn plain(text: &str) -> String {
-    text.replace('$', "\\$")
-}
-
 /// Gives the ends of a logarithmic axis: room for a marker around what it shows, or, where that is so little that no tick might be in it, the steps
 /// around.
 fn around(low: f64, high: f64) -> [f64; 2] {
@@ -304,20 +278,6 @@ fn around(low: f64, high: f64) -> [f64; 2] {
     }
 }
 
-/// Gives the largest 1, 2 or 5 times a power of ten not above `value`, a positive number.
-fn step_below(value: f64) -> f64 {
-    let decade = 10_f64.powf(value.log10().floor());
-    let fits = |k: &f64| k * decade <= value * (1.0 + 1e-9);
-    [5.0, 2.0, 1.0].into_iter().find(fits).map_or(decade, |k| k * decade)
-}
-
-/// Gives the smallest 1, 2 or 5 times a power of ten not below `value`, a positive number.
-fn step_above(value: f64) -> f64 {
-    let decade = 10_f64.powf(value.log10().floor());
-    let fits = |k: &f64| k * decade >= value * (1.0 - 1e-9);
-    [1.0, 2.0, 5.0].into_iter().find(fits).map_or(10.0 * decade, |k| k * decade)
-}
-
 /// Removes the colour sequences, ESC [ ... m.
 fn without_escapes(text: &str) -> String {
     let mut pieces = text.split('\x1b');
@@ -328,16 +288,6 @@ fn without_escapes(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn steps_are_one_two_five() {
-        for (value, low, high) in
-            [(1.0, 1.0, 1.0), (3.2, 2.0, 5.0), (0.07, 0.05, 0.1), (90.0, 50.0, 100.0)]
-        {
-            assert!((step_below(value) / low - 1.0).abs() <= 1e-12, "{value}");
-            assert!((step_above(value) / high - 1.0).abs() <= 1e-12, "{value}");
-        }
-    }
 
     #[test]
     fn escapes_are_removed() {

@@ -9,16 +9,16 @@ use crate::Result;
 use crate::error::InputError;
 
 /// How such a file begins.
-pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+pub(in crate::io) const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// The header and its padding end at a multiple of this many bytes.
 const ALIGNMENT: usize = 64;
 
 /// An array of numbers.
 #[derive(Debug, PartialEq)]
-pub(super) struct Array<'a> {
-    pub(super) shape: Vec<usize>,
-    pub(super) complex: bool,
+pub(in crate::io) struct Array<'a> {
+    pub(in crate::io) shape: Vec<usize>,
+    pub(in crate::io) complex: bool,
     fortran: bool,
     /// Bytes of one real number, 4 or 8.
     width: usize,
@@ -28,7 +28,7 @@ pub(super) struct Array<'a> {
 
 impl<'a> Array<'a> {
     /// Reads a file.
-    pub(super) fn parse(path: &Path, bytes: &'a [u8]) -> Result<Self> {
+    pub(in crate::io) fn parse(path: &Path, bytes: &'a [u8]) -> Result<Self> {
         Self::read(bytes).map_err(|message| {
             let help = "write it with `numpy.save`, as float64 or complex128";
             InputError::new(path, message).help(help).into()
@@ -57,7 +57,7 @@ impl<'a> Array<'a> {
     }
 
     /// Gives the element at a place: its real and its imaginary part (0 for real arrays).
-    pub(super) fn at(&self, index: &[usize]) -> (f64, f64) {
+    pub(in crate::io) fn at(&self, index: &[usize]) -> (f64, f64) {
         let fold = |place: usize, (i, n): (&usize, &usize)| place * n + i;
         let pairs = index.iter().zip(&self.shape);
         let place = if self.fortran { pairs.rev().fold(0, fold) } else { pairs.fold(0, fold) };
@@ -80,8 +80,19 @@ impl<'a> Array<'a> {
     }
 }
 
+/// Writes rows of as many numbers each as a two-dimensional array of float64, which `numpy.load` reads.
+///
+/// ```
+/// let bytes = harmolux::io::npy::rows(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+/// assert!(bytes.starts_with(b"\x93NUMPY"));
+/// assert_eq!(bytes.len(), 128 + 6 * 8);
+/// ```
+pub fn rows<const N: usize>(rows: &[[f64; N]]) -> Vec<u8> {
+    write(&[rows.len(), N], 1, rows.as_flattened())
+}
+
 /// Writes an array of f64 (`parts` 1) or of complex numbers (`parts` 2, real and imaginary part in turn), the last axis fastest.
-pub(super) fn write(shape: &[usize], parts: usize, numbers: &[f64]) -> Vec<u8> {
+pub(in crate::io) fn write(shape: &[usize], parts: usize, numbers: &[f64]) -> Vec<u8> {
     let descr = if parts == 2 { "<c16" } else { "<f8" };
     let axes: Vec<String> = shape.iter().map(ToString::to_string).collect();
     // A tuple of one has its comma.

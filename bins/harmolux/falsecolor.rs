@@ -1,0 +1,392 @@
+//! `harmolux falsecolor`: pictures and grids of sensors in colours that stand for values.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use glam::DVec3;
+use harmolux::error::InputError;
+use harmolux::io::images::{Attribute, Exr};
+use harmolux::io::output::Output;
+use harmolux::io::plots::{ColourScale, FalseColour, Isolux, Palette, Scale, ScaleWish, Tally};
+use harmolux::io::sensor_table::{self, MeasuredGroup};
+use harmolux::math::{Lattice, Rgb};
+use harmolux::{Error, Result};
+use serde_json::json;
+
+use super::exit::Code;
+use super::plot::{PlotFormat, unknown_output};
+use super::say;
+
+/// The share of the pixels that a scale reaches by itself: the brightest, lamps and their glints, would leave the rest dark.
+const COVER: f64 = 0.995;
+/// How an EXR image begins.
+const EXR: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
+/// The channel and the column that are shown unless another is named.
+const LUMINANCE: &str = "Y";
+const ILLUMINANCE: &str = "illuminance_lx";
+
+/// Show luminance or illuminance in false colour, with a legend
+///
+/// An EXR picture, as `render` writes it, becomes the same picture in colours that stand for cd/m2. A CSV table, as `illum` writes it, becomes the isolux
+/// picture of a grid of sensors on whatever plane: each sensor a cell with its value, lines of equal illuminance with theirs, axes in metres; sensors behind
+/// objects are hatched and do not count. The scale is linear from 0 (of a grid whose least value is above half of the largest, from there) to a
+/// round number above the largest value, or of a picture above 99.5 % of the pixels; where values are beyond it, its legend has a tip. What is not finite is magenta.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux falsecolor view.exr -o view_cd.png                  0 to what 99.5 % of the pixels have
+  harmolux falsecolor view.exr -o view_cd.png --scale 1000 --log 3 --lines --points
+  harmolux falsecolor view.exr -o error.png --channel stderr.Y
+  harmolux illum room.toml -o lux.csv && harmolux falsecolor lux.csv -o floor.svg --group floor
+  harmolux falsecolor lux.csv -o floor.png --scale 500 --divisions 5 --bands --palette turbo")]
+pub(crate) struct Falsecolor {
+    /// A picture (.exr) or a table of sensors (.csv)
+    pub(crate) input: PathBuf,
+    /// Write a picture (.png) or a drawing (.svg); may be repeated
+    #[arg(short, long, required = true, value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+    /// The sensors to show [default: those that are a grid, if only one group is]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) group: Option<String>,
+    /// The channel of the picture [default: Y] or the column of the table [default: illuminance_lx]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) channel: Option<String>,
+    #[command(flatten)]
+    pub(crate) scale: ScaleArguments,
+    /// Draw isolines over a picture, smoothed over five pixels; a grid has them always
+    #[arg(long)]
+    pub(crate) lines: bool,
+    /// Mark the largest and the least value
+    #[arg(short = 'e', long)]
+    pub(crate) points: bool,
+    /// The unit over the legend [default: what the file says]
+    #[arg(short, long, value_name = "UNIT")]
+    pub(crate) label: Option<String>,
+    /// Replace output files that another program wrote
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// Which colour stands for which value
+#[derive(Debug, Args)]
+pub(crate) struct ScaleArguments {
+    /// The value of the last colour
+    #[arg(short, long, value_name = "MAX", allow_negative_numbers = true)]
+    pub(crate) scale: Option<f64>,
+    /// The value of the first colour
+    #[arg(long, value_name = "MIN", conflicts_with = "log", allow_negative_numbers = true)]
+    pub(crate) min: Option<f64>,
+    /// A logarithmic scale of so many decades below its end
+    #[arg(long, value_name = "DECADES")]
+    pub(crate) log: Option<f64>,
+    /// Divide the scale into so many equal parts [default: at round values]
+    #[arg(short = 'n', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub(crate) divisions: Option<u16>,
+    /// The colours; all but turbo, a rainbow, get lighter in even steps
+    #[arg(long, default_value_t, value_parser = palettes())]
+    pub(crate) palette: Palette,
+    /// Give each division one colour
+    #[arg(long)]
+    pub(crate) bands: bool,
+}
+
+fn palettes() -> impl TypedValueParser<Value = Palette> {
+    let names = Palette::ALL.map(Palette::name);
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<Palette>())
+}
+
+/// Runs the verb.
+pub(crate) fn run(verb: &Falsecolor, as_json: bool) -> Result<Code> {
+    let open = |path: &PathBuf| {
+        let format =
+            PlotFormat::of_extension(path).ok_or_else(|| unknown_output(path, ".png or .svg"))?;
+        Ok((format, Output::open(path, &format.kind(), verb.force)?))
+    };
+    let targets = verb.output.iter().map(open).collect::<Result<Vec<_>>>()?;
+    let shown = Shown::read(verb)?;
+    for (format, output) in targets {
+        match format {
+            PlotFormat::Png => output.write(&shown.to_png()?)?,
+            PlotFormat::Svg => output.write(shown.to_svg()?.as_bytes())?,
+        }
+    }
+    let tally = shown.tally();
+    if tally.not_finite > 0 {
+        let count = tally.not_finite;
+        let verb = if count == 1 { "value is" } else { "values are" };
+        say::warning(&format!("{count} {verb} not finite; shown magenta"));
+    }
+    if as_json {
+        say::data(&shown.json(&tally, &verb.output).to_string());
+    } else {
+        shown.report(&tally, &verb.output);
+    }
+    Ok(Code::Done)
+}
+
+/// What is shown.
+struct Shown {
+    drawing: Drawing,
+    /// What it is, for people.
+    subject: (&'static str, String),
+    scale: ColourScale,
+    unit: String,
+    /// What counts of it.
+    values: Vec<f64>,
+}
+
+enum Drawing {
+    Picture { picture: FalseColour, width: usize },
+    Grid { grid: Isolux, at: Vec<DVec3> },
+}
+
+impl Shown {
+    fn read(verb: &Falsecolor) -> Result<Self> {
+        let path = &verb.input;
+        if path.is_dir() {
+            let help = "name a file in it";
+            return Err(InputError::new(path, "this is a folder").help(help).into());
+        }
+        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+        if bytes.starts_with(EXR) {
+            return Self::picture(verb, &Exr::from_bytes(path, &bytes)?);
+        }
+        let is_table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+        if !is_table {
+            let message = "this is neither an EXR picture nor a CSV table";
+            let help =
+                "give what `harmolux render -o view.exr` or `harmolux illum -o lux.csv` wrote";
+            return Err(InputError::new(path, message).help(help).into());
+        }
+        let column = verb.channel.as_deref().unwrap_or(ILLUMINANCE);
+        Self::grid(verb, sensor_table::parse(path, &bytes, column)?, column)
+    }
+
+    fn picture(verb: &Falsecolor, exr: &Exr) -> Result<Self> {
+        if let Some(group) = &verb.group {
+            return Err(Error::Parameter(format!(
+                "{}: a picture has no group `{group}` of sensors: leave --group out, or give the table of `harmolux illum -o lux.csv`",
+                verb.input.display()
+            )));
+        }
+        let values = channel(verb, exr)?;
+        let unit = match (&verb.label, exr.attribute("unit")) {
+            (Some(label), _) => label.clone(),
+            (None, Some(Attribute::Text(unit))) => unit.clone(),
+            _ => String::new(),
+        };
+        let unit = written(&unit);
+        let scale = verb.scale.wish().fitted(&values, COVER)?;
+        let (width, height) = (exr.width(), exr.height());
+        let picture = FalseColour::new(width, height, values.clone(), scale.clone(), &unit)?;
+        let picture = picture.with_lines(verb.lines).with_extremes(verb.points);
+        let subject = ("picture", format!("{width} x {height}"));
+        Ok(Self { drawing: Drawing::Picture { picture, width }, subject, scale, unit, values })
+    }
+
+    fn grid(verb: &Falsecolor, groups: Vec<MeasuredGroup>, column: &str) -> Result<Self> {
+        let (group, lattice) = choose(verb, groups)?;
+        let values: Vec<f64> = group.values.iter().flatten().copied().collect();
+        let scale = verb.scale.wish().tight().fitted(&values, 1.0)?;
+        let unit = if column.ends_with("_lx") { "lx" } else { "" };
+        let unit = written(verb.label.as_deref().unwrap_or(unit));
+        let hidden = group.values.len() - values.len();
+        let behind =
+            if hidden == 0 { String::new() } else { format!(", {hidden} behind an object") };
+        let [columns, rows] = lattice.size;
+        let subject = ("grid", format!("{}, {columns} x {rows}{behind}", group.name));
+        let title = match column {
+            ILLUMINANCE => group.name,
+            other => format!("{}: {other}", group.name),
+        };
+        let grid = Isolux {
+            title,
+            unit: unit.clone(),
+            lattice,
+            values: group.values,
+            scale: scale.clone(),
+            extremes: verb.points,
+        };
+        Ok(Self { drawing: Drawing::Grid { grid, at: group.at }, subject, scale, unit, values })
+    }
+
+    fn to_png(&self) -> Result<Vec<u8>> {
+        match &self.drawing {
+            Drawing::Picture { picture, .. } => picture.to_png(),
+            Drawing::Grid { grid, .. } => grid.to_png(),
+        }
+    }
+
+    fn to_svg(&self) -> Result<String> {
+        match &self.drawing {
+            Drawing::Picture { picture, .. } => picture.to_svg(),
+            Drawing::Grid { grid, .. } => grid.to_svg(),
+        }
+    }
+
+    fn tally(&self) -> Tally {
+        match &self.drawing {
+            Drawing::Picture { picture, .. } => picture.tally(),
+            Drawing::Grid { grid, .. } => grid.tally(),
+        }
+    }
+
+    /// Gives where a value is: a pixel from the top left, counted from 0, or a point, metres.
+    fn place(&self, place: usize) -> Vec<f64> {
+        match &self.drawing {
+            Drawing::Picture { width, .. } => vec![(place % width) as f64, (place / width) as f64],
+            Drawing::Grid { at, .. } => at[place].to_array().to_vec(),
+        }
+    }
+
+    fn report(&self, tally: &Tally, outputs: &[PathBuf]) {
+        let kind = match self.scale.kind() {
+            Scale::Linear => "linear",
+            Scale::Logarithmic => "logarithmic",
+        };
+        let [low, high] = self.scale.range().map(|v| say::significant(v, 4));
+        let mut lines = vec![
+            (self.subject.0, self.subject.1.clone()),
+            ("scale", format!("{low} to {high} {}, {kind}, {}", self.unit, self.scale.palette())),
+            ("mean", format!("{} {}", say::significant(tally.mean, 4), self.unit)),
+        ];
+        for (name, extreme) in [("least", tally.least), ("largest", tally.largest)] {
+            if let Some((place, value)) = extreme {
+                let place: Vec<String> = self.place(place).into_iter().map(coordinate).collect();
+                let value = say::significant(value, 4);
+                lines.push((name, format!("{value} {} at ({})", self.unit, place.join(", "))));
+            }
+        }
+        let [below, above] = self.scale.outside(&self.values);
+        for (name, count) in [("below the scale", below), ("above the scale", above)] {
+            if count > 0 {
+                let share = say::percent(count as f64 / self.values.len() as f64);
+                lines.push((name, format!("{count}, {share}")));
+            }
+        }
+        lines.extend(outputs.iter().map(|path| ("written", path.display().to_string())));
+        say::pairs(&lines);
+    }
+
+    fn json(&self, tally: &Tally, outputs: &[PathBuf]) -> serde_json::Value {
+        let extreme = |extreme: Option<(usize, f64)>| {
+            extreme.map(|(place, value)| json!({ "value": value, "at": self.place(place) }))
+        };
+        let [low, high] = self.scale.range();
+        let [below, above] = self.scale.outside(&self.values);
+        json!({
+            "unit": self.unit,
+            "low": low,
+            "high": high,
+            "logarithmic": self.scale.kind() == Scale::Logarithmic,
+            "levels": self.scale.levels(),
+            "palette": self.scale.palette().name(),
+            "mean": tally.mean,
+            "least": extreme(tally.least),
+            "largest": extreme(tally.largest),
+            "not_finite": tally.not_finite,
+            "below": below,
+            "above": above,
+            "written": outputs,
+        })
+    }
+}
+
+impl ScaleArguments {
+    fn wish(&self) -> ScaleWish {
+        ScaleWish {
+            high: self.scale,
+            low: self.min,
+            decades: self.log,
+            divisions: self.divisions,
+            palette: self.palette,
+            bands: self.bands,
+            ..ScaleWish::default()
+        }
+    }
+}
+
+/// Takes a channel of a picture; luminance from R, G and B where there is no Y.
+fn channel(verb: &Falsecolor, exr: &Exr) -> Result<Vec<f64>> {
+    let name = verb.channel.as_deref().unwrap_or(LUMINANCE);
+    if let Some(samples) = exr.channel(name) {
+        return Ok(samples.iter().copied().map(f64::from).collect());
+    }
+    if let (None, [Some(r), Some(g), Some(b)]) =
+        (&verb.channel, ["R", "G", "B"].map(|c| exr.channel(c)))
+    {
+        let pixels = r.iter().zip(g).zip(b);
+        return Ok(pixels
+            .map(|((r, g), b)| Rgb([*r, *g, *b].map(f64::from)).luminance())
+            .collect());
+    }
+    let names = exr.channel_names().collect::<Vec<_>>().join(", ");
+    let message = format!("the picture has no channel `{name}`, only {names}");
+    Err(InputError::new(&verb.input, message).help("name one with --channel").into())
+}
+
+/// Takes the group that was named, or the only one that is a grid.
+fn choose(verb: &Falsecolor, groups: Vec<MeasuredGroup>) -> Result<(MeasuredGroup, Lattice)> {
+    let path: &Path = &verb.input;
+    let names = |groups: &[MeasuredGroup]| {
+        groups.iter().map(|group| group.name.clone()).collect::<Vec<_>>().join(", ")
+    };
+    let all = names(&groups);
+    let several = groups.len() > 1;
+    if let Some(name) = &verb.group {
+        let found = groups.into_iter().find(|group| group.name == *name);
+        let group = found.ok_or_else(|| {
+            let message = format!("there is no group `{name}` of sensors, only {all}");
+            InputError::new(path, message).help("name one of these with --group")
+        })?;
+        let lattice = lattice(&group).map_err(|fault| no_grid(path, name, &fault))?;
+        return Ok((group, lattice));
+    }
+    let mut faults = Vec::new();
+    let mut grids = Vec::new();
+    for group in groups {
+        match lattice(&group) {
+            Ok(lattice) => grids.push((group, lattice)),
+            Err(fault) => faults.push((group.name, fault)),
+        }
+    }
+    if grids.len() > 1 {
+        let found: Vec<String> = grids.iter().map(|(group, _)| group.name.clone()).collect();
+        let message = format!("several groups are grids: {}", found.join(", "));
+        let help = "name the one to show with --group NAME";
+        return Err(InputError::new(path, message).help(help).into());
+    }
+    if let (None, Some((name, fault))) = (grids.first(), faults.first()) {
+        if several {
+            let message = format!("none of the groups is a grid: {all}; `{name}`: {fault}");
+            return Err(InputError::new(path, message).help(NO_GRID).into());
+        }
+        return Err(no_grid(path, name, fault));
+    }
+    let skipped: Vec<&str> = faults.iter().map(|(name, _)| name.as_str()).collect();
+    if !skipped.is_empty() {
+        say::note(&format!("not shown, no grids: {}", skipped.join(", ")));
+    }
+    grids.pop().ok_or_else(|| InputError::new(path, "the table has no sensors").into())
+}
+
+fn lattice(group: &MeasuredGroup) -> Result<Lattice> {
+    Lattice::of(&group.at, group.normals.iter().copied().sum())
+}
+
+const NO_GRID: &str = "make the sensors a grid, [sensors.NAME.grid]; lines of sensors are plotted by `harmolux illum SCENE -o lines.svg`";
+
+fn no_grid(path: &Path, name: &str, fault: &Error) -> Error {
+    let message = format!("the sensors of `{name}` are no grid: {fault}");
+    InputError::new(path, message).help(NO_GRID).into()
+}
+
+/// Writes a coordinate to a tenth of a millimetre.
+fn coordinate(x: f64) -> String {
+    format!("{}", (x * 1e4).round() / 1e4 + 0.0)
+}
+
+/// Writes a unit as it is printed: cd/m\u{b2}.
+fn written(unit: &str) -> String {
+    unit.replace("m2", "m\u{b2}")
+}

@@ -1,0 +1,98 @@
+//! Where `illum` writes: a table, a plot of the lines, or an array for NumPy.
+
+use std::path::Path;
+
+use harmolux::Result;
+use harmolux::io::npy;
+use harmolux::io::output::{Kind, Output};
+use harmolux::io::plots::Figure;
+use harmolux::io::tables::{Cell, Table};
+
+use super::plot::{PlotFormat, unknown_output};
+use super::target::Target;
+
+/// The columns of the array, by their names in the table; the first six say where a sensor is, the others what it measured.
+const COLUMNS: [&str; 10] = [
+    "x_m",
+    "y_m",
+    "z_m",
+    "normal_x",
+    "normal_y",
+    "normal_z",
+    "illuminance_lx",
+    "half_width_95_lx",
+    "standard_error_lx",
+    "direct_lx",
+];
+const PLACES: usize = 6;
+
+/// A file to write.
+pub(crate) enum IllumTarget {
+    Array(Output),
+    Other(Target),
+}
+
+impl IllumTarget {
+    /// Opens a file for a table (.csv), an array (.npy) or a plot (.svg, .png).
+    pub(crate) fn open(path: &Path, table: &Table, force: bool) -> Result<Self> {
+        let has = |wanted| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted));
+        if has("npy") {
+            return Output::open(path, &Kind::NPY, force).map(Self::Array);
+        }
+        if has("csv") || PlotFormat::of_extension(path).is_some() {
+            return Target::open(path, table, force).map(Self::Other);
+        }
+        Err(unknown_output(path, ".csv, .npy, .svg or .png"))
+    }
+
+    /// Writes the table, its numbers, or the plot.
+    pub(crate) fn write(self, table: &Table, figure: &Figure) -> Result<()> {
+        match self {
+            Self::Array(output) => output.write(&npy::rows(&rows(table))),
+            Self::Other(target) => target.write(table, figure),
+        }
+    }
+}
+
+/// Takes the numbers of a table; what a sensor behind an object measured is NaN.
+fn rows(table: &Table) -> Vec<[f64; 10]> {
+    let place = |name: &str| table.header().iter().position(|column| column == name);
+    let places = COLUMNS.map(place);
+    let behind = place("behind");
+    let row = |cells: &Vec<Cell>| {
+        let number = |place: Option<usize>| match place.and_then(|place| cells.get(place)) {
+            Some(Cell::Number(number)) => *number,
+            _ => f64::NAN,
+        };
+        let mut numbers = places.map(number);
+        let counts = behind.is_none_or(|place| cells.get(place) == Some(&Cell::Empty));
+        if !counts {
+            numbers[PLACES..].fill(f64::NAN);
+        }
+        numbers
+    };
+    table.rows().iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn array_has_the_numbers_of_the_table_and_nan_for_what_does_not_count() {
+        let mut header = vec!["group"];
+        header.extend(COLUMNS);
+        header.extend(["spoilt_samples", "behind"]);
+        let mut table = Table::new(header);
+        assert!(rows(&table).is_empty());
+        for behind in [Cell::Empty, "head".into()] {
+            let numbers = (1..=10).map(|k| Cell::Number(f64::from(k)));
+            let start = std::iter::once(Cell::from("desk"));
+            table.push(start.chain(numbers).chain([Cell::Whole(0), behind]));
+        }
+        let rows = rows(&table);
+        assert_eq!(rows[0], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
+        assert_eq!(rows[1][..6], rows[0][..6]);
+        assert!(rows[1][6..].iter().all(|v| v.is_nan()));
+    }
+}
