@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use harmolux::io::false_colour::viridis;
 use harmolux::io::meshes::{MeshFormat, SurfaceSamples};
 use harmolux::io::output::Output;
+use harmolux::io::plots::Palette;
 use harmolux::io::scene_file::{SceneFile, SensorSpec};
 use harmolux::{Error, Result};
 
@@ -63,7 +63,8 @@ impl MapTarget {
         let counting = group.results.iter().zip(group.behind).filter(|(_, b)| b.is_none());
         let largest = counting.map(|(r, _)| r.total.mean).fold(0.0, f64::max);
         let scale = format!("viridis from 0 to {} lx", say::significant(largest, 4));
-        let colour = |value: f64| viridis(if largest > 0.0 { value / largest } else { 0.0 });
+        let colour =
+            |value: f64| Palette::Viridis.colour(if largest > 0.0 { value / largest } else { 0.0 });
         let colours = group.results.iter().zip(group.behind);
         let colours =
             colours.map(|(r, behind)| if behind.is_some() { BEHIND } else { colour(r.total.mean) });

@@ -1,7 +1,6 @@
 //! Files in and out: meshes, coefficients, scenes, images, tables, and the rules by which anything is written.
 
 pub mod coefficients;
-pub mod false_colour;
 pub mod images;
 pub mod meshes;
 pub mod npy;
