@@ -37,9 +37,10 @@ pub enum Weighting {
 }
 
 impl Weighting {
-    /// Takes the default of the crate for a scene: the bounded kernel with b = 10 / total area.
+    /// Takes the default of the crate for a scene: the bounded kernel with b = 20 / total area. Of 5, 10, 20, 40, 80 and 200 it takes the least time to a given
+    /// error in two rooms (a quarter to a half more at 5 and 80), and 1.5 to 3 times the least between discs that are far apart.
     pub fn of(scene: &Scene) -> Self {
-        if scene.area() > 0.0 { Self::Bounded { bound: 10.0 / scene.area() } } else { Self::Walk }
+        if scene.area() > 0.0 { Self::Bounded { bound: 20.0 / scene.area() } } else { Self::Walk }
     }
 
     /// Gives the share of the connection to a hit of a walk.
