@@ -94,7 +94,7 @@ impl ScaleWish {
                 "a scale from {low} to {high} shows nothing: its end must be above its start"
             )));
         }
-        if kind == Scale::Logarithmic && !(low > 0.0) {
+        if kind == Scale::Logarithmic && (low <= 0.0 || low.is_nan()) {
             return Err(Error::Parameter(format!(
                 "a logarithmic scale from {low} to {high} does not exist: both must be positive"
             )));

@@ -198,8 +198,8 @@ impl FalseColour {
     }
 
     fn draw_lines(&self, paper: &mut Paper, placing: &mut Placing, layout: &Layout) {
-        let field =
-            smoothed(self.width, self.values.iter().map(|v| self.scale.evened(*v)).collect());
+        let evened: Vec<f64> = self.values.iter().map(|v| self.scale.evened(*v)).collect();
+        let field = smoothed(self.width, &evened);
         let font = (0.8 * layout.font).round();
         let thick = (layout.font / 14.0).max(1.0);
         let mut labels = Vec::new();
@@ -274,7 +274,7 @@ impl Layout {
 }
 
 /// Smooths over five pixels each way with binomial weights; what is not finite stays so and does not count.
-fn smoothed(width: usize, values: Vec<f64>) -> Vec<f64> {
+fn smoothed(width: usize, values: &[f64]) -> Vec<f64> {
     let height = values.len().checked_div(width).unwrap_or(0);
     let along = |values: &[f64], step: usize, place: &dyn Fn(usize) -> (usize, usize)| {
         let smooth = |i: usize| {
@@ -292,7 +292,7 @@ fn smoothed(width: usize, values: Vec<f64>) -> Vec<f64> {
         };
         (0..values.len()).map(smooth).collect::<Vec<f64>>()
     };
-    let across = along(&values, 1, &|i| (i % width, width));
+    let across = along(values, 1, &|i| (i % width, width));
     along(&across, width, &|i| (i / width, height))
 }
 
@@ -373,9 +373,9 @@ mod tests {
     fn smoothing_keeps_constants_and_what_is_missing() {
         let mut values = vec![3.0; 35];
         values[16] = f64::NAN;
-        let smooth = smoothed(7, values);
+        let smooth = smoothed(7, &values);
         assert!(smooth.iter().enumerate().all(|(i, v)| v.is_nan() == (i == 16)));
         assert!(smooth.iter().all(|v| v.is_nan() || (v - 3.0).abs() <= 1e-12));
-        assert!(smoothed(0, vec![]).is_empty());
+        assert!(smoothed(0, &[]).is_empty());
     }
 }

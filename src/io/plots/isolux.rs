@@ -123,11 +123,8 @@ impl Isolux {
         };
         let [mean, low, high] = [tally.mean, least, largest].map(|v| ticks::short(v, 3));
         let unit = &self.unit;
-        let mut text = format!("mean {mean} {unit},  least {low} {unit},  largest {high} {unit}");
-        if tally.mean > 0.0 {
-            text.push_str(&format!(",  U0 {:.2}", least / tally.mean));
-        }
-        text
+        let text = format!("mean {mean} {unit},  least {low} {unit},  largest {high} {unit}");
+        if tally.mean > 0.0 { format!("{text},  U0 {:.2}", least / tally.mean) } else { text }
     }
 
     /// Says where the grid is and from where it is seen.
@@ -148,10 +145,9 @@ impl Isolux {
             }
             None => format!("facing {}", direction(normal)),
         };
-        let zero = match [right, up].iter().any(|d| along_axis(*d).is_none()) {
-            true => format!("; 0 is at {} m", direction(origin)),
-            false => String::new(),
-        };
+        let slanting = [right, up].iter().any(|d| along_axis(*d).is_none());
+        let zero =
+            if slanting { format!("; 0 is at {} m", direction(origin)) } else { String::new() };
         format!("{columns} \u{d7} {rows} sensors {place}{zero}")
     }
 
@@ -193,9 +189,13 @@ impl Isolux {
         let mut placing = Placing::new(layout.plot, areas.collect(), reach);
         let extremes = self.extremes(layout, tally, values.is_empty());
         for extreme in &extremes {
-            placing.take(extreme.cell);
+            // Its number stays in sight: on a plate, or in the middle of the cell.
+            let Area { width, height, .. } = extreme.cell;
             if let Some((at, text)) = &extreme.plate {
+                placing.take(extreme.cell);
                 placing.take(Area::about(*at, plate_size(text, LABEL)));
+            } else {
+                placing.take(inset(extreme.cell, 0.25 * width.min(height)));
             }
         }
         let (lines, labels) = self.lines(&mut placing, layout);
@@ -209,9 +209,8 @@ impl Isolux {
         for value in values {
             // A value under the label of a line would be read as neither.
             let size = |text: &str| plate_size(text, LABEL);
-            let under = |(at, text): &([f64; 2], String)| {
-                Area::about(*at, size(text)).overlap(&value.area) > 0.0
-            };
+            let under =
+                |(at, text): &Label| Area::about(*at, size(text)).overlap(&value.area) > 0.0;
             if !labels.iter().any(under) {
                 let crossed = lines.iter().flatten().any(|p| value.area.contains(*p));
                 value.draw(paper, crossed);
@@ -243,21 +242,17 @@ impl Isolux {
     }
 
     /// Gives the isolines, and where their labels go.
-    fn lines(
-        &self,
-        placing: &mut Placing,
-        layout: &Layout,
-    ) -> (Vec<Vec<[f64; 2]>>, Vec<([f64; 2], String)>) {
+    fn lines(&self, placing: &mut Placing, layout: &Layout) -> (Vec<Line>, Vec<Label>) {
         let field: Vec<f64> = self.field().iter().map(|v| self.scale.evened(*v)).collect();
         let times = ((FINE / field.len().max(1)) as f64).sqrt().clamp(1.0, 12.0) as usize;
         let (columns, fine) = refined(layout.columns, &field, times);
         let place = |p: [f64; 2]| layout.place(p.map(|x| x / times as f64));
         let (mut all, mut labels) = (Vec::new(), Vec::new());
         for (level, text) in self.scale.levels().iter().zip(self.scale.level_texts()) {
-            let lines: Vec<Vec<[f64; 2]>> = isolines(columns, &fine, self.scale.evened(*level))
+            let lines: Vec<Line> = isolines(columns, &fine, self.scale.evened(*level))
                 .into_iter()
                 .map(|line| line.points.into_iter().map(place).collect())
-                .filter(|line: &Vec<[f64; 2]>| length(line) >= SHORTEST)
+                .filter(|line: &Line| length(line) >= SHORTEST)
                 .collect();
             let middles = placing.on(&lines, plate_size(&text, LABEL));
             labels.extend(middles.into_iter().map(|middle| (middle, text.clone())));
@@ -284,6 +279,11 @@ impl Isolux {
         found.map(extreme).collect()
     }
 }
+
+/// A line on the paper.
+type Line = Vec<[f64; 2]>;
+/// The middle of a plate and what it says.
+type Label = ([f64; 2], String);
 
 /// A value in its cell.
 struct Written {
@@ -326,7 +326,7 @@ const RIM: [(f64, f64); 8] = [
 /// What marks an extreme.
 struct Extreme {
     cell: Area,
-    plate: Option<([f64; 2], String)>,
+    plate: Option<Label>,
 }
 
 fn inset(area: Area, by: f64) -> Area {

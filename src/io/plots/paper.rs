@@ -60,8 +60,8 @@ pub(super) fn plain(text: &str) -> String {
 /// Estimates the width of a text from the advances of DejaVu Sans, a little more rather than less.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
     let advance = |c: char| match c {
-        '0'..='9' => 0.636,
-        '.' | ',' | ' ' | ':' | ';' | 'i' | 'l' | 'j' | '\'' | '|' => 0.318,
+        '0'..='9' => 0.64,
+        '.' | ',' | ' ' | ':' | ';' | 'i' | 'l' | 'j' | '\'' | '|' => 0.32,
         'm' | 'w' | 'M' | 'W' | '%' | '@' => 0.97,
         '\u{2212}' | '+' | '=' | '<' | '>' | '\u{d7}' => 0.838,
         'A'..='Z' => 0.72,

@@ -21,7 +21,8 @@ pub(super) fn linear(low: f64, high: f64, steps: usize) -> Vec<f64> {
     let step = step.unwrap_or(10.0 * unit);
     let [first, last] = [(low / step - 1e-9).ceil(), (high / step + 1e-9).floor()];
     // Where the step is lost in the size of the numbers there is nothing to tell apart.
-    if !(last - first <= 2.0 * steps as f64 + 2.0) {
+    let few = last - first <= 2.0 * steps as f64 + 2.0;
+    if !few {
         return Vec::new();
     }
     (0..=(last - first) as usize).map(|k| tidy((first + k as f64) * step)).collect()
