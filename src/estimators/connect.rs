@@ -206,7 +206,9 @@ impl<'a> Connector<'a> {
                     None => (Source::Reflection, 0.0),
                     Some(_) => (Source::Start, share(outlook, node.vertex.object)),
                 };
-                connection.into_iter().for_each(|c| add(source, known, c));
+                if let Some(connection) = connection {
+                    add(source, known, connection);
+                }
             }
         }
         batch.blocked.clear();

@@ -121,6 +121,7 @@ pub fn load_seen(file: &SceneFile, camera: Option<&Perspective>) -> Result<Loade
     let details = built.iter().filter_map(named).collect();
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
     let sensors = sensors(file, &scene, &built, &solids)?;
+    check_distances(file, &sensors, scene.lights())?;
     warnings.extend(misplaced_sensors(&sensors));
     let preparation = shared.preparation();
     Ok(Loaded { scene, sensors, fits, details, preparation, warnings })
@@ -435,6 +436,20 @@ fn behind(sensor: &Sensor, own: Option<&str>, solids: &[Solid]) -> Option<String
     others.find(|solid| solid.is_behind(before)).map(|solid| solid.name().to_owned())
 }
 
+/// Refuses a sensor that is where a light is: what it receives is without bounds.
+fn check_distances(file: &SceneFile, groups: &[SensorGroup], lights: &[PointLight]) -> Result<()> {
+    for group in groups {
+        for (i, sensor) in group.sensors.iter().enumerate() {
+            let Some(light) = lights.iter().find(|light| light.at == sensor.at) else { continue };
+            let message =
+                format!("sensor {} of `{}` is where light `{}` is", i + 1, group.name, light.name);
+            let help = "its illuminance would be infinite; move one of them".to_owned();
+            return Err(file.source.error(&["sensors", &group.name], message, Some(help)));
+        }
+    }
+    Ok(())
+}
+
 fn misplaced_sensors(groups: &[SensorGroup]) -> Vec<String> {
     let mut warnings = Vec::new();
     for group in groups {
@@ -575,5 +590,20 @@ normal = [0, 0, 1]
         assert_eq!(warnings.len(), 4, "{warnings:?}");
         assert!(told("head0", "hall") && told("head1", "hall"), "{warnings:?}");
         assert!(told("head2", "hall") && told("head2", "head1"), "{warnings:?}");
+    }
+
+    #[test]
+    fn lamps_where_light_cannot_leave_or_arrive_are_refused() {
+        let folder = Path::new("dir");
+        for (from, to, message) in [
+            ("at = [50, 50, 2.9]", "at = [50, 50, 3]", "light `lamp` is on the surface of `hall`"),
+            ("at = [50, 50, 2.9]", "at = [50, 50, 3.1]", "behind the surface of `hall`"),
+            ("[1, 1, 0]", "[50, 50, 2.9]", "sensor 1 of `floor` is where light `lamp` is"),
+        ] {
+            let text = HALL.replace(from, to);
+            let file = SceneFile::parse(&folder.join("hall.toml"), &text, &[]).expect("parses");
+            let error = load(&file).err().expect("refused").to_string();
+            assert!(error.contains(message), "{error}");
+        }
     }
 }
