@@ -446,7 +446,7 @@ impl Layout {
 fn draw_axes(paper: &mut Paper, layout: &Layout, axes: &[Axis; 2]) {
     let plot = layout.plot;
     paper.frame(plot, FRAME, 1.0);
-    let count = |length: f64, gap: f64| (length / gap).clamp(1.0, 10.0) as usize;
+    let count = |length: f64, gap: f64| (length / gap).clamp(2.0, 10.0) as usize;
     for (node, text) in axes[0].ticks(layout.columns, count(plot.width, 70.0)) {
         let [x, _] = layout.place([node, 0.0]);
         paper.polyline(vec![[x, plot.bottom()], [x, plot.bottom() + 5.0]], FRAME, 1.0);
@@ -485,8 +485,11 @@ mod tests {
             let mut grid = isolux(3, 2, |_| value);
             grid.extremes = true;
             assert!(grid.to_svg().expect("drawn").starts_with("<svg"), "{value:?}");
-            assert!(!grid.to_png().expect("drawn").is_empty());
         }
+        let mut spoilt = isolux(3, 2, |i| (i != 1).then_some(f64::NAN));
+        spoilt.extremes = true;
+        let image = image::load_from_memory(&spoilt.to_png().expect("drawn")).expect("a PNG");
+        assert!(image.into_rgb8().pixels().any(|p| p.0 == NOT_FINITE));
         let mut short = isolux(3, 2, |_| Some(1.0));
         short.values.pop();
         assert!(short.to_svg().is_err());

@@ -34,7 +34,7 @@ impl Placing {
         let mut middles = Vec::new();
         for line in order {
             let long = length(line);
-            if long < 2.5 * size[0] && !(middles.is_empty() && long >= 1.2 * size[0]) {
+            if long < 2.5 * size[0] && !(middles.is_empty() && long >= 0.8 * size[0]) {
                 break;
             }
             let parts = 1 + (long / self.reach) as usize;
