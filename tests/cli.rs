@@ -661,7 +661,7 @@ fn wrong_extension_is_refused_with_a_better_name() {
     desk.refused(["render", "room.toml", "-o", "a.jpg"], &["a.jpg: ", "name it a.png"]);
     desk.refused(
         ["illum", "room.toml", "-o", "a.txt"],
-        &["a.txt: ", "name a file .csv, .svg or .png"],
+        &["a.txt: ", "name a file .csv, .npy, .ply, .svg or .png"],
     );
     desk.refused(["fit", "cube.obj", "-l", "2", "-o", "a.obj"], &["a.obj: ", "name it a.txt"]);
 }

@@ -42,7 +42,7 @@ impl IllumTarget {
         if has("csv") || PlotFormat::of_extension(path).is_some() {
             return Target::open(path, table, force).map(Self::Other);
         }
-        Err(unknown_output(path, ".csv, .npy, .svg or .png"))
+        Err(unknown_output(path, ".csv, .npy, .ply, .svg or .png"))
     }
 
     /// Writes the table, its numbers, or the plot.
