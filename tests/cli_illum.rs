@@ -101,7 +101,7 @@ fn lines_are_plotted_and_written() {
     assert!(read("a.svg").contains("radius, exact"));
     assert_eq!(read("a.csv").lines().count(), 6);
     let (code, said) = desk.illum(&["-o", "a.jpg"]);
-    assert!(code == 3 && said.contains(".csv, .npy, .svg or .png"), "{said}");
+    assert!(code == 3 && said.contains(".csv, .npy, .ply, .svg or .png"), "{said}");
     let line =
         "radius.line]\nfrom = [0, 0, 0]\nto = [1, 0, 0]\nnormal = [0, 0, 1]\nspacing = 0.25\n";
     let points = PLANES.replace(line, "foot.points]\nat = [[0, 0, 0]]\nnormal = [0, 0, 1]\n");
