@@ -25,7 +25,7 @@ use super::illum_target::IllumTarget;
 use super::plot::{self, PlotFormat};
 use super::progress::Meter;
 use super::render::{code, load_scene, read_scene, stop};
-use super::{illum_map, illum_report, interrupt, say};
+use super::{illum_map, illum_report, illum_target, interrupt, say};
 
 /// Measure illuminance, lx, at the sensors of a scene
 ///
@@ -286,23 +286,8 @@ pub(crate) fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments)
 }
 
 fn columns() -> Table {
-    Table::new([
-        "group",
-        "x_m",
-        "y_m",
-        "z_m",
-        "normal_x",
-        "normal_y",
-        "normal_z",
-        "illuminance_lx",
-        "half_width_95_lx",
-        "standard_error_lx",
-        "direct_lx",
-        "spoilt_samples",
-        "exact_lx",
-        "deviation_in_standard_errors",
-        "behind",
-    ])
+    let known = ["spoilt_samples", "exact_lx", "deviation_in_standard_errors", "behind"];
+    Table::new(["group"].into_iter().chain(illum_target::COLUMNS).chain(known))
 }
 
 fn fill(table: &mut Table, groups: &[Group]) {

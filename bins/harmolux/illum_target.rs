@@ -11,8 +11,8 @@ use harmolux::io::tables::{Cell, Table};
 use super::plot::{PlotFormat, unknown_output};
 use super::target::Target;
 
-/// The columns of the array, by their names in the table; the first six say where a sensor is, the others what it measured.
-const COLUMNS: [&str; 10] = [
+/// The columns of the array, which the table has too; the first six say where a sensor is, the others what it measured.
+pub(crate) const COLUMNS: [&str; 10] = [
     "x_m",
     "y_m",
     "z_m",

@@ -1,4 +1,4 @@
-//! Light that comes straight from point lights: exact, so it has no variance.
+//! Light that comes straight from point lights: exact, so it has no variance. At a light itself it is without bounds, and NaN.
 
 use crate::math::{Ray, Rgb};
 use crate::scene::Scene;
