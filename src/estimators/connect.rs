@@ -89,6 +89,23 @@ impl Light {
     }
 }
 
+impl std::iter::Sum for Light {
+    fn sum<I: Iterator<Item = Self>>(lights: I) -> Self {
+        lights.fold(Self::default(), |sum, light| Self {
+            direct: sum.direct + light.direct,
+            indirect: sum.indirect + light.indirect,
+        })
+    }
+}
+
+impl std::ops::Div<f64> for Light {
+    type Output = Self;
+
+    fn div(self, divisor: f64) -> Self {
+        Self { direct: self.direct / divisor, indirect: self.indirect / divisor }
+    }
+}
+
 /// Connects walks to receivers in a scene under a weighting.
 pub(super) struct Connector<'a> {
     scene: &'a Scene,

@@ -1,65 +1,23 @@
-//! Drives an image: pass after pass of one sample per pixel, each pass a part of one replicate.
+//! One sample of every pixel: walks from the lights, an eye ray for each pixel, and how the two are brought together.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Duration;
 
 use glam::DVec2;
 use rayon::prelude::*;
 
-use crate::Result;
-use crate::math::{Randomness, Rgb, Stream, hash};
-use crate::scene::{Film, Perspective, Scene};
+use crate::math::{Rgb, Stream, hash};
+use crate::scene::{Perspective, Scene};
 
-use super::connect::{Batch, Connector, Weighting};
-use super::direct;
-use super::path::PathTracer;
-use super::receiver::Receiver;
-use super::replicates::{Control, Ending, Observer, REPLICATES, Stop, seed};
-use super::walk::{Launcher, Node};
-
-/// Chooses how the luminance of a pixel is estimated.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Estimator {
-    /// The double local estimate, strategy A: walk hits are connected to the visible point (eq. 11); also known as instant radiosity with
-    /// a walk of its own for every sample.
-    DoubleLocal(Weighting),
-    /// Backward path tracing, the reference.
-    Path,
-}
-
-/// Sets an image run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ImageSettings {
-    /// How a pixel is estimated.
-    pub estimator: Estimator,
-    /// Where random numbers come from.
-    pub randomness: Randomness,
-    /// The seed: the same seed gives the same bytes on any number of threads.
-    pub seed: u64,
-    /// When to stop.
-    pub stop: Stop,
-}
-
-/// Holds a finished image and how it came about.
-#[derive(Debug, Clone)]
-pub struct Rendering {
-    /// Mean and standard error of every pixel.
-    pub film: Film,
-    /// Why the run ended.
-    pub ending: Ending,
-    /// Walks (or paths) per pixel.
-    pub walks_per_pixel: u64,
-    /// The share of the walks' flux that left an open scene.
-    pub escaped: f64,
-    /// The time it took.
-    pub elapsed: Duration,
-}
-
-/// Passes that are made whatever the time or the observer says: two replicates are the least that give an error.
-const FEWEST_PASSES: usize = 2;
+use super::super::connect::{Batch, Connector, Light, Weighting};
+use super::super::direct;
+use super::super::path::PathTracer;
+use super::super::receiver::Receiver;
+use super::super::replicates::{REPLICATES, seed};
+use super::super::walk::{Launcher, Node};
+use super::{Estimator, ImageSettings};
 
 /// Walks (or paths) that share the eye ray of one sample: a block of Sobol points as large as this is stratified in itself.
-const WALKS_PER_SAMPLE: usize = 8;
+pub(super) const WALKS_PER_SAMPLE: usize = 8;
 /// Blocks of walks made for each pass; pixels pick theirs at random.
 const BLOCKS_PER_PASS: usize = 1024;
 
@@ -69,68 +27,8 @@ const EYE: u64 = 2;
 const GATHER: u64 = 3;
 const PICK: u64 = 4;
 
-/// Renders the luminance, cd/m2, of every pixel of a camera.
-///
-/// The pixel filter is a tent two pixels wide, sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
-/// when the number of samples has doubled. Time limits and interruption abandon the pass under way; at least two passes are made.
-///
-/// # Errors
-/// [`crate::Error::Parameter`] when the scene has no light or the image has too many pixels.
-pub fn render(
-    scene: &Scene,
-    camera: &Perspective,
-    settings: &ImageSettings,
-    observer: Observer,
-) -> Result<Rendering> {
-    let launcher = Launcher::new(scene)?;
-    let mut film = Film::new(camera.resolution(), REPLICATES)?;
-    let mut control = Control::new(settings.stop);
-    let mut escaped = Rgb::BLACK;
-    let per_pixel = |passes: usize| (passes * WALKS_PER_SAMPLE) as u64;
-    let mut samples = vec![Rgb::BLACK; film.size().iter().product()];
-    let ending = loop {
-        let pass = Pass::new(scene, &launcher, settings, film.passes());
-        let cancelled = pass.fill(camera, &mut samples, &|rows| {
-            let share = rows as f64 / film.size()[1] as f64;
-            let walks = per_pixel(film.passes()) + (share * WALKS_PER_SAMPLE as f64) as u64;
-            let broken = control.report(walks, observer).is_break();
-            film.passes() >= FEWEST_PASSES && (broken || control.is_late())
-        });
-        if cancelled {
-            break if control.is_late() { Ending::Time } else { Ending::Interrupted };
-        }
-        escaped += pass.escaped;
-        film.add_pass(&samples);
-        let walks = per_pixel(film.passes());
-        let rounds = film.passes() / REPLICATES;
-        let doubled = film.passes().is_multiple_of(REPLICATES) && rounds.is_power_of_two();
-        if doubled && control.meets_target(film.median_relative_error()) {
-            break Ending::Error;
-        }
-        if doubled && control.is_open_ended() {
-            break Ending::Walks;
-        }
-        if film.passes() >= FEWEST_PASSES {
-            if control.report(walks, observer).is_break() {
-                break Ending::Interrupted;
-            }
-            if let Some(ending) = control.is_over(walks) {
-                break ending;
-            }
-        }
-    };
-    let emitted = launcher.power() * film.passes() as f64;
-    Ok(Rendering {
-        ending,
-        walks_per_pixel: per_pixel(film.passes()),
-        escaped: escaped.luminance() / emitted,
-        elapsed: control.elapsed(),
-        film,
-    })
-}
-
 /// One sample of every pixel, belonging to one replicate.
-struct Pass<'a> {
+pub(super) struct Pass<'a> {
     scene: &'a Scene,
     connector: Connector<'a>,
     settings: &'a ImageSettings,
@@ -139,11 +37,11 @@ struct Pass<'a> {
     round: u64,
     walks: Vec<Vec<Node<'a>>>,
     /// The mean flux per walk that left the scene.
-    escaped: Rgb,
+    pub(super) escaped: Rgb,
 }
 
 impl<'a> Pass<'a> {
-    fn new(
+    pub(super) fn new(
         scene: &'a Scene,
         launcher: &'a Launcher<'a>,
         settings: &'a ImageSettings,
@@ -175,10 +73,10 @@ impl<'a> Pass<'a> {
     }
 
     /// Takes a sample of every pixel. After each row `cancel` is told how many are done; when it says so, the pass is abandoned, which is returned.
-    fn fill(
+    pub(super) fn fill(
         &self,
         camera: &Perspective,
-        samples: &mut [Rgb],
+        samples: &mut [Light],
         cancel: &(dyn Fn(usize) -> bool + Sync),
     ) -> bool {
         let width = camera.resolution()[0] as usize;
@@ -210,21 +108,21 @@ impl<'a> Pass<'a> {
         batch: &mut Batch<'b>,
         pixel: u64,
         corner: DVec2,
-    ) -> Rgb {
+    ) -> Light {
         let stream = |purpose, index| {
             let seed = hash([seed(self.settings.seed, self.replicate, purpose), pixel]);
             Stream::new(self.settings.randomness, seed, index)
         };
         let [u, v] = stream(EYE, self.round).next_2d();
         let film = corner + DVec2::new(tent(u), tent(v));
-        let Some(vertex) = self.scene.vertex(&camera.ray(film)) else { return Rgb::BLACK };
+        let Some(vertex) = self.scene.vertex(&camera.ray(film)) else { return Light::default() };
         let receiver = Receiver::reflecting(&vertex);
-        let mut direct = direct::point_lights(self.scene, &receiver);
+        let mut direct = vertex.emitted() + direct::point_lights(self.scene, &receiver);
         let indices =
             (0..WALKS_PER_SAMPLE as u64).map(|k| self.round * WALKS_PER_SAMPLE as u64 + k);
-        let rest: Rgb = match self.settings.estimator {
+        let sampled: Light = match self.settings.estimator {
             Estimator::Path => {
-                indices.map(|i| tracer.trace(&receiver, &mut stream(GATHER, i)).total()).sum()
+                indices.map(|i| tracer.trace(&receiver, &mut stream(GATHER, i))).sum()
             }
             Estimator::DoubleLocal(_) => {
                 let picked =
@@ -235,11 +133,11 @@ impl<'a> Pass<'a> {
                 let walks = walks.zip(indices.map(|i| stream(GATHER, i)));
                 let outlook = self.connector.outlook(&receiver);
                 direct += outlook.light;
-                let lights = self.connector.estimate(batch, &receiver, &outlook, walks);
-                lights.map(|light| light.total()).sum()
+                self.connector.estimate(batch, &receiver, &outlook, walks).sum()
             }
         };
-        vertex.emitted() + direct + rest / WALKS_PER_SAMPLE as f64
+        let mean = sampled / WALKS_PER_SAMPLE as f64;
+        Light { direct: direct + mean.direct, indirect: mean.indirect }
     }
 }
 
