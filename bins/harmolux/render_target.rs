@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use harmolux::Result;
 use harmolux::estimators::{Estimator, ImageSettings, Rendering};
-use harmolux::io::images::{Exr, png};
+use harmolux::io::images::{Attribute, Exr, png};
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::{RenderSpec, SceneFile};
+use harmolux::scene::{Camera, FirstHits, Layer, Scene};
+use serde_json::{Map, Value};
 
 use super::render::Render;
 use super::say;
@@ -23,12 +25,19 @@ impl Image {
     pub(crate) fn encode(
         self,
         rendering: &Rendering,
+        scene: &Scene,
+        camera: &Camera,
         file: &SceneFile,
         settings: &ImageSettings,
     ) -> Result<Vec<u8>> {
         match self {
             Self::Png => encode_png(rendering, &file.render),
-            Self::Exr => encode_exr(rendering, file, settings),
+            Self::Exr => {
+                let layers = file.render.layers.as_deref().unwrap_or(&Layer::ALL);
+                let hits = FirstHits { scene, camera, filter: settings.filter };
+                let exr = with_layers(measured(rendering)?, layers, &hits)?;
+                described(exr, rendering, camera, file, settings)?.into_bytes()
+            }
         }
     }
 }
@@ -53,26 +62,68 @@ fn encode_png(rendering: &Rendering, spec: &RenderSpec) -> Result<Vec<u8>> {
     Ok(image.bytes)
 }
 
-fn encode_exr(
-    rendering: &Rendering,
-    file: &SceneFile,
-    settings: &ImageSettings,
-) -> Result<Vec<u8>> {
+/// Takes what was measured: luminance and its standard error.
+fn measured(rendering: &Rendering) -> Result<Exr> {
     let film = &rendering.film;
     let [width, height] = film.size();
+    Exr::new(width, height)
+        .with_colour("", &film.image())?
+        .with_values("stderr.Y", &film.standard_errors())
+}
+
+/// Adds the layers of the shapes; those of the light come from the film.
+fn with_layers(exr: Exr, layers: &[Layer], hits: &FirstHits) -> Result<Exr> {
+    let mut exr = exr;
+    let three = |exr: Exr, names: [&str; 3], values: [Vec<f32>; 3]| {
+        names.into_iter().zip(values).try_fold(exr, |exr, (n, v)| exr.with_samples(n, v))
+    };
+    for layer in Layer::ALL.into_iter().filter(|layer| layers.contains(layer)) {
+        exr = match layer {
+            Layer::Direct | Layer::Indirect => exr,
+            Layer::Normal => three(exr, ["normal.X", "normal.Y", "normal.Z"], hits.normal())?,
+            Layer::Albedo => three(exr, ["albedo.R", "albedo.G", "albedo.B"], hits.albedo())?,
+            Layer::Depth => exr.with_samples("depth.Z", hits.depth())?,
+            Layer::Id => {
+                let names = hits.scene.objects().iter().zip(1..);
+                let names: Map<_, _> =
+                    names.map(|(o, number)| (o.name.clone(), Value::from(number))).collect();
+                exr.with_samples("id.Y", hits.id())?
+                    .with_attribute("objects", Value::Object(names).to_string())
+            }
+        };
+    }
+    Ok(exr)
+}
+
+/// Says what the picture is of and how it was made: nothing that equal runs would not say alike.
+fn described(
+    exr: Exr,
+    rendering: &Rendering,
+    camera: &Camera,
+    file: &SceneFile,
+    settings: &ImageSettings,
+) -> Result<Exr> {
+    let film = &rendering.film;
     let estimator = match settings.estimator {
         Estimator::DoubleLocal(_) => "double-local",
         Estimator::Path => "path",
     };
     let scene = file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
-    Exr::new(width, height)
-        .with_colour("", &film.image())?
-        .with_values("stderr.Y", &film.standard_errors())?
+    let rows = camera.world_to_camera().map(|row| row.map(|v| v as f32));
+    let mut exr = exr
+        .within(camera.resolution(), camera.window().min())
         .with_attribute("scene", scene.as_str())
+        .with_attribute("camera", file.camera()?.0)
+        .with_attribute("cameraType", camera.kind())
+        .with_attribute("worldToCamera", Attribute::Matrix(rows))
+        .with_attribute("filter", settings.filter.name())
         .with_attribute("estimator", estimator)
         .with_attribute("unit", "cd/m2")
         .with_attribute("seed", settings.seed.to_string().as_str())
         .with_attribute("replicates", film.replicates() as f64)
-        .with_attribute("walksPerPixel", rendering.walks_per_pixel as f64)
-        .to_bytes()
+        .with_attribute("walksPerPixel", rendering.walks_per_pixel as f64);
+    if let Some(exposure) = file.render.exposure {
+        exr = exr.with_attribute("displayExposure", exposure);
+    }
+    Ok(exr)
 }

@@ -2,17 +2,21 @@
 
 mod camera;
 mod film;
+mod filter;
 mod glossy;
 mod index;
+mod layers;
 mod light;
 mod material;
 mod object;
 mod sensor;
 mod world;
 
-pub use camera::Perspective;
+pub use camera::{Camera, FisheyeMapping, Projection, Window};
 pub use film::{Film, MAX_PIXELS, Pixel};
+pub use filter::Filter;
 pub use glossy::{Glossy, SMOOTHEST};
+pub use layers::{FirstHits, Layer};
 pub use light::{Distribution, PointLight};
 pub use material::{Brdf, BrdfSample, Material};
 pub use object::{Emitter, Object};

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::Result;
 use crate::math::{Randomness, Rgb};
-use crate::scene::{Film, Perspective, Scene};
+use crate::scene::{Camera, Film, Filter, Scene};
 
 use self::pass::{Pass, WALKS_PER_SAMPLE};
 use super::connect::{Light, Weighting};
@@ -34,6 +34,8 @@ pub struct ImageSettings {
     pub seed: u64,
     /// When to stop.
     pub stop: Stop,
+    /// How samples weigh in a pixel.
+    pub filter: Filter,
 }
 
 /// Holds a finished image and how it came about.
@@ -56,19 +58,20 @@ const FEWEST_PASSES: usize = 2;
 
 /// Renders the luminance, cd/m2, of every pixel of a camera.
 ///
-/// The pixel filter is a tent two pixels wide, sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
+/// Only the window of the camera is computed; its pixels are, to the bit, those that the whole picture has there after as many walks. The pixel filter is
+/// sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
 /// when the number of samples has doubled. Time limits and interruption abandon the pass under way; at least two passes are made.
 ///
 /// # Errors
 /// [`crate::Error::Parameter`] when the scene has no light or the image has too many pixels.
 pub fn render(
     scene: &Scene,
-    camera: &Perspective,
+    camera: &Camera,
     settings: &ImageSettings,
     observer: Observer,
 ) -> Result<Rendering> {
     let launcher = Launcher::new(scene)?;
-    let mut film = Film::new(camera.resolution(), REPLICATES)?;
+    let mut film = Film::new(camera.window().size(), REPLICATES)?;
     let mut control = Control::new(settings.stop);
     let mut escaped = Rgb::BLACK;
     let per_pixel = |passes: usize| (passes * WALKS_PER_SAMPLE) as u64;

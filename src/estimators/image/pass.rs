@@ -6,7 +6,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::math::{Rgb, Stream, hash};
-use crate::scene::{Perspective, Scene};
+use crate::scene::{Camera, Scene};
 
 use super::super::connect::{Batch, Connector, Light, Weighting};
 use super::super::direct;
@@ -75,20 +75,24 @@ impl<'a> Pass<'a> {
     /// Takes a sample of every pixel. After each row `cancel` is told how many are done; when it says so, the pass is abandoned, which is returned.
     pub(super) fn fill(
         &self,
-        camera: &Perspective,
+        camera: &Camera,
         samples: &mut [Light],
         cancel: &(dyn Fn(usize) -> bool + Sync),
     ) -> bool {
-        let width = camera.resolution()[0] as usize;
+        let window = camera.window();
+        let ([left, top], [width, height]) = (window.min(), window.size());
+        let whole_width = u64::from(camera.resolution()[0]);
         let tracer = PathTracer::new(self.scene);
         let (cancelled, rows) = (AtomicBool::new(false), AtomicUsize::new(0));
-        samples.par_chunks_mut(width).enumerate().for_each(|(row, line)| {
+        samples.par_chunks_mut(width as usize).enumerate().for_each(|(row, line)| {
             if cancelled.load(Ordering::Relaxed) {
                 return;
             }
             let mut batch = Batch::default();
             for (column, sample) in line.iter_mut().enumerate() {
-                let pixel = (row * width + column) as u64;
+                // Places in the whole picture, so that a window has the random numbers it has there.
+                let (column, row) = (column as u64 + u64::from(left), row as u64 + u64::from(top));
+                let pixel = row * whole_width + column;
                 let corner = DVec2::new(column as f64, row as f64);
                 *sample = self.sample(camera, &tracer, &mut batch, pixel, corner);
             }
@@ -97,13 +101,13 @@ impl<'a> Pass<'a> {
             }
         });
         // A pass whose last row was finished before anyone asked is complete.
-        cancelled.into_inner() && rows.into_inner() < camera.resolution()[1] as usize
+        cancelled.into_inner() && rows.into_inner() < height as usize
     }
 
     /// Takes one sample of one pixel: an eye ray, and what the point it meets emits and reflects.
     fn sample<'b>(
         &'b self,
-        camera: &Perspective,
+        camera: &Camera,
         tracer: &PathTracer,
         batch: &mut Batch<'b>,
         pixel: u64,
@@ -113,9 +117,11 @@ impl<'a> Pass<'a> {
             let seed = hash([seed(self.settings.seed, self.replicate, purpose), pixel]);
             Stream::new(self.settings.randomness, seed, index)
         };
-        let [u, v] = stream(EYE, self.round).next_2d();
-        let film = corner + DVec2::new(tent(u), tent(v));
-        let Some(vertex) = self.scene.vertex(&camera.ray(film)) else { return Light::default() };
+        let offset = self.settings.filter.sample(stream(EYE, self.round).next_2d());
+        let ray = camera.ray(corner + 0.5 + offset);
+        let Some(vertex) = ray.and_then(|ray| self.scene.vertex(&ray)) else {
+            return Light::default();
+        };
         let receiver = Receiver::reflecting(&vertex);
         let mut direct = vertex.emitted() + direct::point_lights(self.scene, &receiver);
         let indices =
@@ -138,26 +144,5 @@ impl<'a> Pass<'a> {
         };
         let mean = sampled / WALKS_PER_SAMPLE as f64;
         Light { direct: direct + mean.direct, indirect: mean.indirect }
-    }
-}
-
-/// Maps a uniform number to a position under a tent of width 2 about the middle of a pixel.
-fn tent(u: f64) -> f64 {
-    let x = if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() };
-    0.5 + x
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tent_is_centred_and_two_pixels_wide() {
-        assert!((tent(0.0) + 0.5).abs() <= 1e-15 && (tent(0.5) - 0.5).abs() <= 1e-15);
-        assert!((tent(1.0) - 1.5).abs() <= 1e-15);
-        let n = 1000;
-        let mean: f64 =
-            (0..n).map(|i| tent((f64::from(i) + 0.5) / f64::from(n))).sum::<f64>() / f64::from(n);
-        assert!((mean - 0.5).abs() <= 1e-12);
     }
 }
