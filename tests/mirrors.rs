@@ -11,7 +11,7 @@ use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors};
 use glam::DVec3;
 use harmolux::estimators::{Estimator, SensorEstimator, Weighting, illuminance, render};
 use harmolux::math::Rgb;
-use harmolux::scene::{Film, Glossy, Material, Object, Perspective, Scene, Sensor};
+use harmolux::scene::{Camera, Film, Glossy, Material, Object, PointLight, Scene, Sensor};
 use harmolux::surface::primitives::Sphere;
 
 const L0: f64 = 100.0;
@@ -20,7 +20,7 @@ fn mirror() -> Material {
     Material::mirror(Rgb::grey(1.0 - 1e-9)).expect("valid")
 }
 
-fn film(scene: &Scene, view: &Perspective, estimator: Estimator, walks: u64) -> Film {
+fn film(scene: &Scene, view: &Camera, estimator: Estimator, walks: u64) -> Film {
     let rendering = render(scene, view, &image(estimator, walks), &go_on).expect("renders");
     assert_eq!(rendering.film.spoilt(), 0);
     rendering.film
@@ -119,4 +119,50 @@ fn each_strategy_alone_gives_the_picture_of_both() {
         let alone = film(&mirrored, &view, Estimator::DoubleLocal(weighting), 8192);
         assert_alike(&alone, &expected);
     }
+}
+
+/// Rooms with a point lamp before a mirror, and with the lamp that one sees in it.
+fn lamp_before_a_mirror() -> [Scene; 2] {
+    let lamp = |x: f64| PointLight::isotropic("lamp", DVec3::new(x, 1.5, 2.2), Rgb::grey(100.0));
+    let walls = |far: Material| [grey(0.3), far, grey(0.6), grey(0.5), grey(0.4), grey(0.7)];
+    let mirrored = room(DVec3::new(4.0, 5.0, 3.0), &walls(mirror()));
+    let built = room(DVec3::new(8.0, 5.0, 3.0), &walls(grey(0.3)));
+    [
+        Scene::new(vec![mirrored], vec![lamp(1.0)]).expect("valid"),
+        Scene::new(vec![built], vec![lamp(1.0), lamp(7.0)]).expect("valid"),
+    ]
+}
+
+#[test]
+fn walks_show_the_light_of_a_point_in_a_mirror() {
+    let [mirrored, built] = lamp_before_a_mirror();
+    // Away from the mirror, which would show places that no strategy lights.
+    let from = DVec3::new(3.8, 2.5, 1.5);
+    let to = DVec3::new(0.0, 2.6, 0.9);
+    for view in
+        [camera(from, to, [16, 12]), Camera::orthographic(from, to, 2.0, [16, 12]).expect("valid")]
+    {
+        let expected = film(&built, &view, Estimator::DoubleLocal(Weighting::of(&built)), 2048);
+        for weighting in [Weighting::of(&mirrored), Weighting::Walk, Weighting::Gather] {
+            let seen = film(&mirrored, &view, Estimator::DoubleLocal(weighting), 8192);
+            assert_alike(&seen, &expected);
+        }
+    }
+}
+
+#[test]
+fn light_that_no_ray_finds_is_told() {
+    let [mirrored, built] = lamp_before_a_mirror();
+    let point = [Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z)];
+    let settings = sensors(SensorEstimator::Local(Weighting::Walk), 64);
+    let share = |scene| illuminance(scene, &point, &settings, &go_on).expect("runs").caustic;
+    assert!(share(&built) <= 0.0);
+    // The part of all directions in which the lamp sees the mirror, and less than a third of it again for what goes to and fro.
+    let straight: f64 = [(1.5, 2.2), (1.5, 0.8), (3.5, 2.2), (3.5, 0.8)]
+        .map(|(a, b): (f64, f64)| (a * b / (3.0 * (a * a + b * b + 9.0).sqrt())).atan() / (4.0 * PI))
+        .iter()
+        .sum();
+    let found = share(&mirrored);
+    assert!((0.98..1.33).contains(&(found / straight)), "{found} {straight}");
+}", share(&mirrored));
 }

@@ -1,37 +1,42 @@
 //! `harmolux render`: a scene becomes a picture.
 
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use harmolux::Result;
 use harmolux::estimators::{Ending, Estimator, ImageSettings, Rendering, Stop, Weighting, render};
-use harmolux::io::images::{Exr, png};
-use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec, split_override};
 use harmolux::math::Randomness;
-use harmolux::scene::{Perspective, Scene};
+use harmolux::scene::{Camera, Layer, Scene, Window};
 use harmolux::study::{
-    FittedObject, Loaded, Preparation, camera, load, load_seen, mesh_bytes, series_bytes,
+    FittedObject, Loaded, Preparation, camera, check_view, load, load_seen, mesh_bytes,
+    series_bytes,
 };
+use harmolux::{Error, Result};
 use serde_json::json;
 
 use super::arguments::{SceneArguments, size};
 use super::exit::Code;
 use super::fit::about;
 use super::progress::{self, Meter};
+use super::render_target::open_outputs;
 use super::{detail_report, interrupt, say};
 
 /// Render the luminance, cd/m2, that a camera sees
 ///
-/// Writes a PNG to look at and an EXR with the measured values: R, G, B, luminance Y and its standard error stderr.Y.
+/// Writes a PNG to look at and an EXR with the measured values: R, G, B, luminance Y, its standard error stderr.Y, and layers.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux render room.toml                          room.png and room.exr, here
   harmolux render room.toml -o out/a.png --quick     only a small PNG, fast
   harmolux render room.toml -D render.stop.time=30s  stop after half a minute
-  harmolux render room.toml -D render.estimator=path the reference estimator")]
+  harmolux render room.toml -D render.estimator=path the reference estimator
+  harmolux render room.toml --camera glare           another camera of the scene
+  harmolux render room.toml --crop 100,50,420,290    a part of the picture, the same pixels to the bit
+  harmolux render room.toml --layers normal,depth    these layers only in the EXR
+
+Cameras, filters, layers and files: docs/pictures.md")]
 pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) common: SceneArguments,
@@ -44,14 +49,48 @@ pub(crate) struct Render {
     /// The number of pixels, such as 320x240
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<[u32; 2]>,
+    /// The camera of the scene that takes the picture
+    #[arg(long, value_name = "NAME")]
+    pub(crate) camera: Option<String>,
+    /// Only this part of the picture: left,top,right,bottom in pixels of its full size, right and bottom not included
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
+    pub(crate) crop: Option<[u32; 4]>,
+    /// PNG value per cd/m2 [default: 0.18 / geometric mean luminance]
+    #[arg(long, value_name = "FACTOR", value_parser = factor)]
+    pub(crate) exposure: Option<f64>,
+    /// The layers of the EXR: all, none, or some of direct,indirect,normal,depth,id,albedo [default: all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = LAYERS)]
+    pub(crate) layers: Vec<String>,
+}
+
+/// What `--layers` takes.
+const LAYERS: [&str; 8] = ["all", "none", "direct", "indirect", "normal", "depth", "id", "albedo"];
+
+/// Reads a value of the command line.
+fn crop(text: &str) -> std::result::Result<[u32; 4], String> {
+    let wrong = || "write left,top,right,bottom in pixels, such as 100,50,420,290".to_owned();
+    let numbers = text.split(',').map(|part| part.trim().parse().ok());
+    let numbers: Vec<u32> = numbers.collect::<Option<_>>().ok_or_else(wrong)?;
+    let [x0, y0, x1, y1] = numbers.try_into().map_err(|_| wrong())?;
+    if x0 < x1 && y0 < y1 {
+        return Ok([x0, y0, x1, y1]);
+    }
+    Err("this holds no pixel: right must be above left, and bottom above top".to_owned())
+}
+
+/// Reads a value of the command line.
+fn factor(text: &str) -> std::result::Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite());
+    number.ok_or_else(|| "write a number above 0, such as 0.02".to_owned())
 }
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
-    let file = read_scene(&verb.common)?;
-    let camera = sized(camera(&file)?, verb);
+    let file = with_options(read_scene(&verb.common)?, verb)?;
+    let camera = framed(camera(&file)?, &file, verb)?;
     let outputs = open_outputs(verb)?;
     let loaded = tell(load_seen(&file, Some(&camera))?);
+    check_view(&file, &loaded.scene, &camera)?;
     detail_report::tell(&loaded.details);
     let settings = settings(&file.render, &loaded.scene, &verb.common);
     interrupt::listen();
@@ -62,11 +101,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let mut written = Vec::new();
     for (image, output) in outputs {
         let path = output.path().to_owned();
-        let bytes = match image {
-            Image::Png => encode_png(&rendering, &file.render)?,
-            Image::Exr => encode_exr(&rendering, &file, &settings)?,
-        };
-        output.write(&bytes)?;
+        output.write(&image.encode(&rendering, &loaded.scene, &camera, &file, &settings)?)?;
         written.push(path);
     }
     warn(&rendering);
@@ -161,69 +196,47 @@ fn settings(spec: &RenderSpec, scene: &Scene, common: &SceneArguments) -> ImageS
         randomness: Randomness::Sobol,
         seed: common.seed.unwrap_or(spec.seed),
         stop: stop(spec.stop, common.quick),
+        filter: spec.filter,
     }
 }
 
-fn sized(camera: Perspective, verb: &Render) -> Perspective {
-    match verb.size {
-        Some(size) => camera.with_resolution(size),
-        None if verb.common.quick => {
-            camera.with_resolution(camera.resolution().map(|n| n.div_ceil(2)))
+/// Puts what the command line says of the picture in the place of what the scene says.
+fn with_options(mut file: SceneFile, verb: &Render) -> Result<SceneFile> {
+    if let Some(name) = &verb.camera {
+        if !file.cameras.contains_key(name) {
+            let names: Vec<&str> = file.cameras.keys().map(String::as_str).collect();
+            return Err(Error::Parameter(format!(
+                "--camera {name}: the scene has no camera of that name, only {}",
+                if names.is_empty() { "none at all".to_owned() } else { names.join(", ") }
+            )));
         }
-        None => camera,
+        file.render.camera = Some(name.clone());
     }
+    if let Some([x0, y0, x1, y1]) = verb.crop {
+        file.render.crop = Some(Window::new([x0, y0], [x1, y1])?);
+    }
+    file.render.exposure = verb.exposure.or(file.render.exposure);
+    if !verb.layers.is_empty() {
+        let named = |layer: &Layer| verb.layers.iter().any(|n| n == "all" || n == layer.name());
+        file.render.layers = Some(Layer::ALL.into_iter().filter(named).collect());
+    }
+    Ok(file)
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Image {
-    Png,
-    Exr,
-}
-
-/// Opens the outputs before anything takes long: those named, or both kinds under the scene's name in this folder.
-fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
-    let stem = verb.common.scene.file_stem().unwrap_or_default();
-    let both = || ["png", "exr"].map(|e| Path::new(stem).with_extension(e)).to_vec();
-    let paths: Vec<PathBuf> = if verb.output.is_empty() { both() } else { verb.output.clone() };
-    let open = |path: PathBuf| {
-        let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        let (image, kind) = if exr { (Image::Exr, Kind::EXR) } else { (Image::Png, Kind::PNG) };
-        Ok((image, Output::open(&path, &kind, verb.force)?))
-    };
-    paths.into_iter().map(open).collect()
-}
-
-fn encode_png(rendering: &Rendering, spec: &RenderSpec) -> Result<Vec<u8>> {
-    let [width, height] = rendering.film.size();
-    let image = png(width, height, &rendering.film.image(), spec.exposure)?;
-    say::note(&format!("exposure {} (PNG value per cd/m2)", say::significant(image.exposure, 4)));
-    Ok(image.bytes)
-}
-
-fn encode_exr(
-    rendering: &Rendering,
-    file: &SceneFile,
-    settings: &ImageSettings,
-) -> Result<Vec<u8>> {
-    let film = &rendering.film;
-    let [width, height] = film.size();
-    let estimator = match settings.estimator {
-        Estimator::DoubleLocal(Weighting::Walk) => "double-local-a",
-        Estimator::DoubleLocal(Weighting::Gather) => "double-local-b",
-        Estimator::DoubleLocal(Weighting::Bounded { .. }) => "double-local",
-        Estimator::Path => "path",
-    };
-    let scene = file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
-    Exr::new(width, height)
-        .with_colour("", &film.image())?
-        .with_values("stderr.Y", &film.standard_errors())?
-        .with_attribute("scene", scene.as_str())
-        .with_attribute("estimator", estimator)
-        .with_attribute("unit", "cd/m2")
-        .with_attribute("seed", settings.seed.to_string().as_str())
-        .with_attribute("replicates", film.replicates() as f64)
-        .with_attribute("walksPerPixel", rendering.walks_per_pixel as f64)
-        .to_bytes()
+/// Gives the camera the size and the window that are asked for. A crop counts pixels of the full size, which a quick look halves with it.
+fn framed(camera: Camera, file: &SceneFile, verb: &Render) -> Result<Camera> {
+    let full = verb.size.map_or(camera, |size| camera.with_resolution(size));
+    let crop = file.render.crop;
+    let crop = crop.map(|window| full.with_window(window).map(|_| window));
+    let crop = crop.transpose().map_err(|e| match verb.crop {
+        Some(_) => Error::Parameter(format!("--crop: {e}")),
+        None => file.source.error(&["render", "crop"], e.to_string(), None),
+    })?;
+    let halve = verb.common.quick && verb.size.is_none();
+    let camera =
+        if halve { full.with_resolution(full.resolution().map(|n| n.div_ceil(2))) } else { full };
+    let crop = crop.map(|window| if halve { window.halved() } else { window });
+    crop.map_or(Ok(camera), |window| camera.with_window(window))
 }
 
 /// Says what may have spoilt the picture.
@@ -236,6 +249,12 @@ fn warn(rendering: &Rendering) {
     }
     if rendering.escaped > 0.0 {
         say::warning(&format!("{} of the light left the scene", say::percent(rendering.escaped)));
+    }
+    if rendering.caustic > 0.0 {
+        say::warning(&format!(
+            "{} of the light comes to surfaces from point lights by mirrors; it is missing where those places are seen in a mirror (with the estimator `path`, everywhere), since no ray finds a point in a mirror; give those lights a size: a sphere or a rectangle with an exitance",
+            say::percent(rendering.caustic)
+        ));
     }
     if rendering.ending == Ending::Interrupted {
         say::warning("interrupted: the files hold the picture so far");
@@ -325,6 +344,7 @@ fn report_json(loaded: &Loaded, rendering: &Rendering, written: &[PathBuf]) -> s
         "seconds": rendering.elapsed.as_secs_f64(),
         "median_relative_error": film.median_relative_error(),
         "escaped": rendering.escaped,
+        "caustic": rendering.caustic,
         "spoilt_samples": film.spoilt(),
         "ending": format!("{:?}", rendering.ending).to_lowercase(),
         "written": written,

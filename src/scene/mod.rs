@@ -3,8 +3,10 @@
 mod brdf;
 mod camera;
 mod film;
+mod filter;
 mod glossy;
 mod index;
+mod layers;
 mod light;
 mod material;
 mod mixture;
@@ -13,9 +15,11 @@ mod sensor;
 mod world;
 
 pub use brdf::{Brdf, BrdfSample};
-pub use camera::Perspective;
+pub use camera::{Camera, FisheyeMapping, Projection, Window};
 pub use film::{Film, MAX_PIXELS, Pixel};
+pub use filter::Filter;
 pub use glossy::{Glossy, SMOOTHEST};
+pub use layers::{FirstHits, Layer};
 pub use light::{Distribution, PointLight};
 pub use material::Material;
 pub use mixture::Mixture;

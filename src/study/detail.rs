@@ -2,11 +2,8 @@
 //!
 //! Let t = f - f' be what truncation leaves out, |t| <= e and |grad_S t| <= s everywhere (see [`crate::sh::TruncationError`]).
 //!
-//! * Position. In every direction from the centre the surface moves by |t|, at most by E = k e in the room, k the scale of the object. A point at
-//!   distance r >= d from the eye, d the distance of the eye from the ball about the object, moves on the image plane (at distance 1 from the eye)
-//!   from X / z to (X + a) / (z + b), |(a, b)| <= E. The difference (a z - X b) / (z (z + b)) is at most E (r / z) / (z - E). For what is in
-//!   the image z >= r cos c, c the angle between the view and the corners of the image, so that this is at most
-//!   E / (cos c (d cos c - E)); over the size of a pixel on that plane, it is the error in pixels.
+//! * Position. In every direction from the centre the surface moves by |t|, at most by E = k e in the room, k the scale of the object. How far
+//!   that is in the picture, pixels, [`Camera::movement`] bounds for every lens.
 //! * Normal. An outward normal is n = f e_r - grad_S f, of length f at least; that of the truncated series in the same direction is off by
 //!   -t e_r + grad_S t, that is by sqrt(e^2 + s^2) at most. The line of n' passes the tip of n at |n - n'| at most, so the angle between the
 //!   two has a sine of at most sqrt(e^2 + s^2) / min f. (On an image the truncated surface may also show another direction at a pixel; that
@@ -19,7 +16,7 @@ use std::f64::consts::PI;
 use crate::Result;
 use crate::io::scene_file::DetailSpec;
 use crate::math::Placement;
-use crate::scene::Perspective;
+use crate::scene::Camera;
 use crate::sh::{Coefficients, TruncationError, range, sufficient_degree};
 
 /// Certifies the degree chosen for an object.
@@ -29,7 +26,7 @@ pub struct Detail {
     pub degree: usize,
     /// The degree of the whole series.
     pub full_degree: usize,
-    /// The distance of the eye from the ball that holds the object, metres; 0 inside.
+    /// The distance of the eye (of the film, where all rays are parallel) from the ball that holds the object, metres; 0 inside.
     pub distance: f64,
     /// The largest distance, metres, by which the surface moves.
     pub error: f64,
@@ -50,26 +47,23 @@ const LARGEST_SHARE: f64 = 0.5;
 pub fn detail(
     series: &Coefficients,
     placement: &Placement,
-    camera: &Perspective,
+    camera: &Camera,
     tolerance: &DetailSpec,
 ) -> Result<Detail> {
     let (min, max) = range(series)?;
     let scale = placement.scale();
-    let from_ball = camera.position().distance(placement.translation()) - scale * max;
-    let view = View {
-        distance: from_ball.max(0.0),
-        pixel: camera.pixel(),
-        cosine: camera.corner_cosine(),
-    };
+    let (centre, radius) = (placement.translation(), scale * max);
+    let distance = (camera.distance(centre) - radius).max(0.0);
+    let pixels = |error: f64| camera.movement(centre, radius, error);
     let normal = tolerance.normal.to_radians();
     let accepts = |value: f64, slope: f64| {
         value <= LARGEST_SHARE * min
-            && view.pixels(scale * value) <= tolerance.pixels
+            && pixels(scale * value) <= tolerance.pixels
             && turn(value, slope, min) <= normal
     };
     let full_degree = series.lmax();
     let whole = TruncationError { degree: full_degree, value: 0.0, slope: 0.0 };
-    let exact = view.distance == 0.0 || tolerance.pixels == 0.0 || normal == 0.0;
+    let exact = distance == 0.0 || tolerance.pixels == 0.0 || normal == 0.0;
     let mut found = if exact { whole } else { sufficient_degree(series, accepts)? };
     if found.degree < full_degree && range(&series.truncated(found.degree))?.0 <= 0.0 {
         found = whole;
@@ -78,9 +72,9 @@ pub fn detail(
     Ok(Detail {
         degree: found.degree,
         full_degree,
-        distance: view.distance,
+        distance,
         error,
-        pixels: view.pixels(error),
+        pixels: pixels(error),
         normal: turn(found.value, found.slope, min),
     })
 }
@@ -89,30 +83,6 @@ pub fn detail(
 fn turn(value: f64, slope: f64, min_radius: f64) -> f64 {
     let sine = value.hypot(slope) / min_radius;
     if sine < 1.0 { sine.asin() } else { PI }
-}
-
-/// How an object stands in an image.
-struct View {
-    /// The distance from the eye, metres.
-    distance: f64,
-    /// The side of a pixel on the image plane at distance 1.
-    pixel: f64,
-    /// The cosine of the angle between the view and the corners of the image.
-    cosine: f64,
-}
-
-impl View {
-    /// Bounds the distance in the image, pixels, by which a point moves that moves by `error` metres in the room.
-    fn pixels(&self, error: f64) -> f64 {
-        let depth = self.distance * self.cosine - error;
-        if error == 0.0 {
-            0.0
-        } else if depth > 0.0 {
-            error / (self.cosine * depth * self.pixel)
-        } else {
-            f64::INFINITY
-        }
-    }
 }
 
 #[cfg(test)]
@@ -130,8 +100,8 @@ mod tests {
         f
     }
 
-    fn camera() -> Perspective {
-        Perspective::new(DVec3::ZERO, DVec3::X, 0.8, [320, 240]).expect("valid")
+    fn camera() -> Camera {
+        Camera::perspective(DVec3::ZERO, DVec3::X, 0.8, [320, 240]).expect("valid")
     }
 
     fn at(distance: f64, scale: f64) -> Placement {
@@ -197,9 +167,9 @@ mod tests {
         }
     }
 
-    /// Gives where a point is in the image of `camera()`, pixels from its middle.
+    /// Gives where a point is in the image of `camera()`, pixels.
     fn film(point: DVec3) -> DVec2 {
-        DVec2::new(point.y, point.z) / (point.x * camera().pixel())
+        camera().project(point).expect("in front").film
     }
 
     #[test]

@@ -17,9 +17,7 @@ use crate::io::scene_file::{
     ObjectSpec, PointsSpec, SceneFile, SensorSpec, ShSpec, Strength, SurfaceLayout,
 };
 use crate::math::{Placement, Ray};
-use crate::scene::{
-    Distribution, Glossy, Material, Object, Perspective, PointLight, Scene, Sensor,
-};
+use crate::scene::{Camera, Distribution, Glossy, Material, Object, PointLight, Scene, Sensor};
 use crate::sh::Coefficients;
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
 use crate::surface::{Instance, Intersector, SampleArea, StepBisection, Surface};
@@ -103,7 +101,7 @@ pub fn load(file: &SceneFile) -> Result<Loaded> {
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_seen(file: &SceneFile, camera: Option<&Perspective>) -> Result<Loaded> {
+pub fn load_seen(file: &SceneFile, camera: Option<&Camera>) -> Result<Loaded> {
     let mut shared = SharedSurfaces::default();
     let built =
         file.objects.iter().map(|(name, spec)| build(file, &mut shared, name, spec, camera));
@@ -131,10 +129,22 @@ pub fn load_seen(file: &SceneFile, camera: Option<&Perspective>) -> Result<Loade
 ///
 /// # Errors
 /// As [`SceneFile::camera`].
-pub fn camera(file: &SceneFile) -> Result<Perspective> {
-    let (_, CameraSpec::Perspective(spec)) = file.camera()?;
-    let camera = Perspective::new(spec.from, spec.to, spec.fov.to_radians(), spec.resolution)?;
-    spec.up.map_or(Ok(camera), |up| camera.with_up(up))
+pub fn camera(file: &SceneFile) -> Result<Camera> {
+    let (camera, up) = match file.camera()?.1 {
+        CameraSpec::Perspective(s) => {
+            (Camera::perspective(s.from, s.to, s.fov.to_radians(), s.resolution)?, s.up)
+        }
+        CameraSpec::Orthographic(s) => {
+            (Camera::orthographic(s.from, s.to, s.film_height(), s.resolution)?, s.up)
+        }
+        CameraSpec::Fisheye(s) => {
+            (Camera::fisheye(s.from, s.to, s.mapping, s.fov.to_radians(), s.resolution)?, s.up)
+        }
+        CameraSpec::Panorama(s) => {
+            (Camera::panorama(s.from, s.towards(), s.pole(), s.resolution)?, None)
+        }
+    };
+    up.map_or(Ok(camera), |up| camera.with_up(up))
 }
 
 fn material(file: &SceneFile, name: &str) -> Result<Material> {
@@ -166,7 +176,7 @@ fn build(
     shared: &mut SharedSurfaces,
     name: &str,
     spec: &ObjectSpec,
-    camera: Option<&Perspective>,
+    camera: Option<&Camera>,
 ) -> Result<Built> {
     let own = material(file, spec.material())?;
     match spec {
@@ -223,7 +233,7 @@ fn build_sh(
     name: &str,
     spec: &ShSpec,
     own: Material,
-    camera: Option<&Perspective>,
+    camera: Option<&Camera>,
 ) -> Result<Built> {
     let at_key = |e| at_file(file, &["objects", name, "sh", "file"], &spec.file, e);
     let shape = shared.sh(&spec.file.resolved, spec.degree, spec.centre).map_err(at_key)?;
@@ -243,7 +253,7 @@ fn seen_detail(
     placement: &Placement,
     file: &SceneFile,
     spec: &ShSpec,
-    camera: Option<&Perspective>,
+    camera: Option<&Camera>,
 ) -> Result<Option<Detail>> {
     let asked = camera.zip(spec.detail.or(file.render.detail));
     asked.map(|(camera, tolerance)| detail(series, placement, camera, &tolerance)).transpose()
@@ -372,7 +382,7 @@ fn overlap(one: &Solid, other: &Solid) -> Option<String> {
 }
 
 fn misplaced_cameras(file: &SceneFile, solids: &[Solid]) -> Vec<String> {
-    let eyes = file.cameras.iter().map(|(name, CameraSpec::Perspective(spec))| (name, spec.from));
+    let eyes = file.cameras.iter().map(|(name, spec)| (name, spec.from()));
     eyes.filter_map(|(name, from)| {
         let solid = solids.iter().find(|s| s.is_behind(from))?;
         let behind = solid.name();
@@ -557,7 +567,7 @@ normal = [0, 0, 1]
         let mut file = hall(folder.path(), 32);
         file.render.detail = Some(DetailSpec { pixels: 1.0, normal: 180.0 });
         let eye = DVec3::new(0.2, 2.0, 1.5);
-        let camera = Perspective::new(eye, eye + DVec3::X, 1.0, [64, 48]).expect("valid");
+        let camera = Camera::perspective(eye, eye + DVec3::X, 1.0, [64, 48]).expect("valid");
         let mut shared = SharedSurfaces::default();
         let built: Vec<Built> = (0..32)
             .map(|i| format!("head{i}"))

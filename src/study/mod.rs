@@ -16,6 +16,7 @@ mod reshape;
 mod shared_surfaces;
 mod solids;
 mod sweep;
+mod view;
 
 pub use batch::batch;
 pub use check::{Check, CheckSettings, FaceFault, SOUND, StarCheck};
@@ -36,3 +37,4 @@ pub use requirements::{Judged, Verdict, judge};
 pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
 pub use shared_surfaces::Preparation;
 pub use sweep::{SweepRow, sweep, sweep_figure};
+pub use view::check_view;

@@ -11,7 +11,7 @@ use harmolux::estimators::{
     Estimator, ImageSettings, Progress, SensorEstimator, SensorSettings, Stop,
 };
 use harmolux::math::{Placement, Randomness, Rgb};
-use harmolux::scene::{Material, Object, Perspective};
+use harmolux::scene::{Camera, Filter, Material, Object};
 use harmolux::sh::Coefficients;
 use harmolux::surface::primitives::AxisBox;
 use harmolux::surface::{Instance, Intersector, Mesh, SampleArea, ShSurface};
@@ -58,14 +58,20 @@ pub fn placed<S: SampleArea + 'static>(surface: S, at: DVec3, scale: f64) -> Ins
 }
 
 /// A small camera.
-pub fn camera(from: DVec3, to: DVec3, resolution: [u32; 2]) -> Perspective {
-    Perspective::new(from, to, 60.0_f64.to_radians(), resolution).expect("a valid camera")
+pub fn camera(from: DVec3, to: DVec3, resolution: [u32; 2]) -> Camera {
+    Camera::perspective(from, to, 60.0_f64.to_radians(), resolution).expect("a valid camera")
 }
 
 /// Image settings with `walks` per pixel and a fixed seed.
 pub fn image(estimator: Estimator, walks: u64) -> ImageSettings {
     let stop = Stop { walks: Some(walks), ..Stop::default() };
-    ImageSettings { estimator, randomness: Randomness::Sobol, seed: 2012, stop }
+    ImageSettings {
+        estimator,
+        randomness: Randomness::Sobol,
+        seed: 2012,
+        stop,
+        filter: Filter::Tent,
+    }
 }
 
 /// Sensor settings with `walks` in all and a fixed seed.

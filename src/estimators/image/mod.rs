@@ -1,12 +1,13 @@
 //! Drives an image: pass after pass of one sample per pixel, each pass a part of one replicate.
 
 mod pass;
+mod splat;
 
 use std::time::Duration;
 
 use crate::Result;
 use crate::math::{Randomness, Rgb};
-use crate::scene::{Film, Perspective, Scene};
+use crate::scene::{Camera, Film, Filter, Scene};
 
 use self::pass::{Pass, WALKS_PER_SAMPLE};
 use super::connect::Light;
@@ -35,6 +36,8 @@ pub struct ImageSettings {
     pub seed: u64,
     /// When to stop.
     pub stop: Stop,
+    /// How samples weigh in a pixel.
+    pub filter: Filter,
 }
 
 /// Holds a finished image and how it came about.
@@ -48,6 +51,9 @@ pub struct Rendering {
     pub walks_per_pixel: u64,
     /// The share of the walks' flux that left an open scene.
     pub escaped: f64,
+    /// The share of all flux that comes to surfaces from point lights by mirrors: those places are dark where they are seen in a mirror themselves, and by path
+    /// tracing wherever they are seen.
+    pub caustic: f64,
     /// The time it took.
     pub elapsed: Duration,
 }
@@ -57,19 +63,20 @@ const FEWEST_PASSES: usize = 2;
 
 /// Renders the luminance, cd/m2, of every pixel of a camera.
 ///
-/// The pixel filter is a tent two pixels wide, sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
+/// Only the window of the camera is computed; its pixels are, to the bit, those that the whole picture has there after as many walks. The pixel filter is
+/// sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
 /// when the number of samples has doubled. Time limits and interruption abandon the pass under way; at least two passes are made.
 ///
 /// # Errors
 /// [`crate::Error::Parameter`] when the scene has no light or the image has too many pixels.
 pub fn render(
     scene: &Scene,
-    camera: &Perspective,
+    camera: &Camera,
     settings: &ImageSettings,
     observer: Observer,
 ) -> Result<Rendering> {
     let launcher = Launcher::new(scene)?;
-    let mut film = Film::new(camera.resolution(), REPLICATES)?;
+    let mut film = Film::new(camera.window().size(), REPLICATES)?;
     let mut control = Control::new(settings.stop);
     let mut escaped = Rgb::BLACK;
     let per_pixel = |passes: usize| (passes * WALKS_PER_SAMPLE) as u64;
@@ -85,6 +92,7 @@ pub fn render(
         if cancelled {
             break if control.is_late() { Ending::Time } else { Ending::Interrupted };
         }
+        pass.splat(camera, &mut samples);
         escaped += pass.escaped;
         let totals: Vec<Rgb> = samples.iter().map(Light::total).collect();
         film.add_pass(&totals);
@@ -111,6 +119,7 @@ pub fn render(
         ending,
         walks_per_pixel: per_pixel(film.passes()),
         escaped: escaped.luminance() / emitted,
+        caustic: launcher.caustic_share(settings.randomness, settings.seed),
         elapsed: control.elapsed(),
         film,
     })

@@ -6,7 +6,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::math::{Rgb, Stream, hash};
-use crate::scene::{Perspective, Scene, Vertex};
+use crate::scene::{Camera, Scene, Vertex};
 
 use super::super::connect::{Batch, Connector, Light, through_mirror};
 use super::super::direct;
@@ -15,7 +15,7 @@ use super::super::receiver::Receiver;
 use super::super::replicates::{REPLICATES, seed};
 use super::super::walk::{Launcher, Node};
 use super::super::weighting::Weighting;
-use super::{Estimator, ImageSettings};
+use super::{Estimator, ImageSettings, splat};
 
 /// Walks (or paths) that share the eye ray of one sample: a block of Sobol points as large as this is stratified in itself.
 pub(super) const WALKS_PER_SAMPLE: usize = 8;
@@ -76,20 +76,24 @@ impl<'a> Pass<'a> {
     /// Takes a sample of every pixel. After each row `cancel` is told how many are done; when it says so, the pass is abandoned, which is returned.
     pub(super) fn fill(
         &self,
-        camera: &Perspective,
+        camera: &Camera,
         samples: &mut [Light],
         cancel: &(dyn Fn(usize) -> bool + Sync),
     ) -> bool {
-        let width = camera.resolution()[0] as usize;
+        let window = camera.window();
+        let ([left, top], [width, height]) = (window.min(), window.size());
+        let whole_width = u64::from(camera.resolution()[0]);
         let tracer = PathTracer::new(self.scene);
         let (cancelled, rows) = (AtomicBool::new(false), AtomicUsize::new(0));
-        samples.par_chunks_mut(width).enumerate().for_each(|(row, line)| {
+        samples.par_chunks_mut(width as usize).enumerate().for_each(|(row, line)| {
             if cancelled.load(Ordering::Relaxed) {
                 return;
             }
             let mut batch = Batch::default();
             for (column, sample) in line.iter_mut().enumerate() {
-                let pixel = (row * width + column) as u64;
+                // Places in the whole picture, so that a window has the random numbers it has there.
+                let (column, row) = (column as u64 + u64::from(left), row as u64 + u64::from(top));
+                let pixel = row * whole_width + column;
                 let corner = DVec2::new(column as f64, row as f64);
                 *sample = self.sample(camera, &tracer, &mut batch, pixel, corner);
             }
@@ -98,13 +102,23 @@ impl<'a> Pass<'a> {
             }
         });
         // A pass whose last row was finished before anyone asked is complete.
-        cancelled.into_inner() && rows.into_inner() < camera.resolution()[1] as usize
+        cancelled.into_inner() && rows.into_inner() < height as usize
+    }
+
+    /// Adds what only the walks can show to the samples of all pixels.
+    pub(super) fn splat(&self, camera: &Camera, samples: &mut [Light]) {
+        if self.walks.is_empty() || !self.scene.has_mirrors() {
+            return;
+        }
+        let nodes = self.walks.iter().flatten();
+        let weight = 1.0 / self.walks.len() as f64;
+        splat::add(self.scene, camera, self.settings.filter, nodes, weight, samples);
     }
 
     /// Takes one sample of one pixel: an eye ray, and what the point it meets emits and reflects; through mirrors it goes on to the next point.
     fn sample<'b>(
         &'b self,
-        camera: &Perspective,
+        camera: &Camera,
         tracer: &PathTracer,
         batch: &mut Batch<'b>,
         pixel: u64,
@@ -113,8 +127,8 @@ impl<'a> Pass<'a> {
         let seed = hash([seed(self.settings.seed, self.replicate, EYE), pixel]);
         let mut stream = Stream::new(self.settings.randomness, seed, self.round);
         let [u, v, mut roulette, _] = stream.next_4d();
-        let film = corner + DVec2::new(tent(u), tent(v));
-        let mut ray = camera.ray(film);
+        let offset = self.settings.filter.sample([u, v]);
+        let Some(mut ray) = camera.ray(corner + 0.5 + offset) else { return Light::default() };
         let (mut light, mut left) = (Light::default(), Rgb::WHITE);
         for mirrors in 0.. {
             let Some(vertex) = self.scene.vertex(&ray) else { break };
@@ -171,26 +185,5 @@ impl<'a> Pass<'a> {
         };
         let mean = sampled / WALKS_PER_SAMPLE as f64;
         Light { direct: direct + mean.direct, indirect: mean.indirect }
-    }
-}
-
-/// Maps a uniform number to a position under a tent of width 2 about the middle of a pixel.
-fn tent(u: f64) -> f64 {
-    let x = if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() };
-    0.5 + x
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tent_is_centred_and_two_pixels_wide() {
-        assert!((tent(0.0) + 0.5).abs() <= 1e-15 && (tent(0.5) - 0.5).abs() <= 1e-15);
-        assert!((tent(1.0) - 1.5).abs() <= 1e-15);
-        let n = 1000;
-        let mean: f64 =
-            (0..n).map(|i| tent((f64::from(i) + 0.5) / f64::from(n))).sum::<f64>() / f64::from(n);
-        assert!((mean - 0.5).abs() <= 1e-12);
     }
 }

@@ -9,8 +9,9 @@ use std::path::Path;
 
 use exr::image::read::read as reader;
 use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer};
+use exr::math::Vec2;
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, Compression, LineOrder, Text};
+use exr::meta::attribute::{AttributeValue, Compression, IntegerBounds, LineOrder, Text};
 use exr::meta::header::LayerAttributes;
 use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 
@@ -27,6 +28,8 @@ pub enum Attribute {
     Text(String),
     /// A number; write integers past 2^53 as text.
     Number(f64),
+    /// A matrix of four rows.
+    Matrix([[f32; 4]; 4]),
 }
 
 impl From<&str> for Attribute {
@@ -65,6 +68,10 @@ impl From<f64> for Attribute {
 pub struct Exr {
     width: usize,
     height: usize,
+    /// Where its first pixel is in the whole picture, column and row.
+    origin: [i32; 2],
+    /// The size of the whole picture, where it is more.
+    whole: Option<[usize; 2]>,
     channels: BTreeMap<String, Vec<f32>>,
     attributes: BTreeMap<String, Attribute>,
 }
@@ -73,7 +80,16 @@ impl Exr {
     /// Starts an image of `width` x `height` pixels without channels; its `software` attribute names this program.
     pub fn new(width: usize, height: usize) -> Self {
         let attributes = BTreeMap::from([("software".to_owned(), SOFTWARE.into())]);
-        Self { width, height, channels: BTreeMap::new(), attributes }
+        Self { width, height, origin: [0, 0], whole: None, channels: BTreeMap::new(), attributes }
+    }
+
+    /// Makes it a part of a picture of `whole` columns and rows, its first pixel being at the column and row `origin` there: the data window within the
+    /// display window.
+    #[must_use]
+    pub fn within(mut self, whole: [u32; 2], origin: [u32; 2]) -> Self {
+        self.origin = origin.map(|n| i32::try_from(n).unwrap_or(i32::MAX));
+        self.whole = Some(whole.map(|n| n as usize));
+        self
     }
 
     /// Adds R, G, B and the luminance Y of linear Rec. 709 `pixels`, in the main layer ("") or in a named one.
@@ -92,9 +108,16 @@ impl Exr {
     ///
     /// # Errors
     /// As [`Exr::with_colour`].
-    pub fn with_values(mut self, name: &str, values: &[f64]) -> Result<Self> {
-        check_size(self.width, self.height, values.len())?;
-        let samples = values.iter().map(|v| *v as f32).collect();
+    pub fn with_values(self, name: &str, values: &[f64]) -> Result<Self> {
+        self.with_samples(name, values.iter().map(|v| *v as f32).collect())
+    }
+
+    /// Adds one channel as it will be stored.
+    ///
+    /// # Errors
+    /// As [`Exr::with_colour`].
+    pub fn with_samples(mut self, name: &str, samples: Vec<f32>) -> Result<Self> {
+        check_size(self.width, self.height, samples.len())?;
         if name.is_empty() || self.channels.insert(name.to_owned(), samples).is_some() {
             return Err(Error::Parameter(format!("`{name}` cannot name one more channel")));
         }
@@ -137,13 +160,21 @@ impl Exr {
     /// # Errors
     /// [`Error::Parameter`] when there is no channel; [`Error::Numeric`] with the encoder's complaint.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        self.clone().into_bytes()
+    }
+
+    /// Encodes the image without a copy of its channels.
+    ///
+    /// # Errors
+    /// As [`Exr::to_bytes`].
+    pub fn into_bytes(mut self) -> Result<Vec<u8>> {
         if self.channels.is_empty() {
             return Err(Error::Parameter("an image needs at least one channel".to_owned()));
         }
-        let channels = self
-            .channels
-            .iter()
-            .map(|(name, samples)| AnyChannel::new(text(name), FlatSamples::F32(samples.clone())));
+        let attributes = self.layer_attributes();
+        let channels = std::mem::take(&mut self.channels)
+            .into_iter()
+            .map(|(name, samples)| AnyChannel::new(text(&name), FlatSamples::F32(samples)));
         let encoding = Encoding {
             compression: Compression::ZIP16,
             blocks: Blocks::ScanLines,
@@ -151,12 +182,15 @@ impl Exr {
         };
         let layer = Layer::new(
             (self.width, self.height),
-            self.layer_attributes(),
+            attributes,
             encoding,
             AnyChannels::sort(channels.collect()),
         );
         let mut bytes = Cursor::new(Vec::new());
-        let written = Image::from_layer(layer).write().to_buffered(&mut bytes);
+        let mut image = Image::from_layer(layer);
+        let whole = self.whole.unwrap_or([self.width, self.height]);
+        image.attributes.display_window = IntegerBounds::from_dimensions((whole[0], whole[1]));
+        let written = image.write().to_buffered(&mut bytes);
         let sorted = written.map(|()| sort_attributes(bytes.into_inner()));
         sorted.map_err(|e| Error::Numeric(format!("the EXR encoder failed: {e}")))
     }
@@ -165,9 +199,16 @@ impl Exr {
         let values = self.attributes.iter().map(|(name, value)| match value {
             Attribute::Text(value) => (text(name), AttributeValue::Text(text(value))),
             Attribute::Number(value) => (text(name), AttributeValue::F64(*value)),
+            Attribute::Matrix(rows) => (text(name), AttributeValue::Matrix4x4(flat(rows))),
         });
         let mut attributes = LayerAttributes { other: values.collect(), ..Default::default() };
-        // The crate knows this one by a field of its own and takes it nowhere else.
+        attributes.layer_position = Vec2(self.origin[0], self.origin[1]);
+        // All numbers are cd/m2, one of which is therefore the luminance of white.
+        attributes.white_luminance = Some(1.0);
+        // The crate knows these by fields of their own and takes them nowhere else.
+        if let Some(AttributeValue::Matrix4x4(m)) = attributes.other.remove(&text(TO_CAMERA)) {
+            attributes.world_to_camera = Some(m);
+        }
         if let Some(AttributeValue::Text(software)) = attributes.other.remove(&text("software")) {
             attributes.software_name = Some(software);
         }
@@ -192,25 +233,38 @@ impl Exr {
             Error::from(InputError::new(path, format!("this is not a readable EXR image: {e}")))
         };
         check_header(path, &MetaData::read_from_buffered(bytes, false).map_err(refuse)?, bytes)?;
-        let layer = reader()
+        let image = reader()
             .no_deep_data()
             .largest_resolution_level()
             .all_channels()
             .first_valid_layer()
             .all_attributes()
             .from_buffered(Cursor::new(bytes))
-            .map_err(refuse)?
-            .layer_data;
+            .map_err(refuse)?;
+        let display = image.attributes.display_window;
+        let layer = image.layer_data;
         let channels = layer.channel_data.list.iter();
+        let Vec2(x, y) = layer.attributes.layer_position;
+        let is_whole =
+            layer.attributes.layer_position == display.position && layer.size == display.size;
         Ok(Self {
             width: layer.size.0,
             height: layer.size.1,
+            origin: [x, y],
+            whole: (!is_whole).then_some([display.size.0, display.size.1]),
             channels: channels
                 .map(|c| (string(&c.name), c.sample_data.values_as_f32().collect()))
                 .collect(),
             attributes: attributes_of(&layer.attributes),
         })
     }
+}
+
+/// The attribute of the matrix from the room to the camera.
+const TO_CAMERA: &str = "worldToCamera";
+
+fn flat(rows: &[[f32; 4]; 4]) -> [f32; 16] {
+    std::array::from_fn(|k| rows[k / 4][k % 4])
 }
 
 fn attributes_of(layer: &LayerAttributes) -> BTreeMap<String, Attribute> {
@@ -225,7 +279,11 @@ fn attributes_of(layer: &LayerAttributes) -> BTreeMap<String, Attribute> {
         };
         Some((string(name), value))
     });
-    software.chain(others).collect()
+    let matrix = layer.world_to_camera.map(|m| {
+        let row = |r: usize| std::array::from_fn(|c| m[4 * r + c]);
+        (TO_CAMERA.to_owned(), Attribute::Matrix(std::array::from_fn(row)))
+    });
+    software.chain(matrix).chain(others).collect()
 }
 
 /// Refuses what the decoder would not survive or not show as it is: several or subsampled layers, and sizes that the bytes cannot hold.
@@ -239,7 +297,7 @@ fn check_header(path: &Path, meta: &MetaData, bytes: &[u8]) -> Result<()> {
     if header.channels.list.iter().any(|c| c.sampling.0 != 1 || c.sampling.1 != 1) {
         return refuse("subsampled channels cannot be compared pixel by pixel".to_owned());
     }
-    let exr::math::Vec2(width, height) = header.layer_size;
+    let Vec2(width, height) = header.layer_size;
     let needed = width.saturating_mul(height).saturating_mul(header.channels.bytes_per_pixel);
     if needed > bytes.len().saturating_mul(DENSEST) {
         return refuse(format!("{} bytes cannot hold {width} x {height} pixels", bytes.len()));
@@ -336,6 +394,22 @@ mod tests {
     fn equal_images_give_equal_bytes() {
         let bytes = image().to_bytes().expect("encoded");
         assert!((0..5).all(|_| image().to_bytes().is_ok_and(|again| again == bytes)));
+    }
+
+    #[test]
+    fn part_of_a_picture_says_where_it_belongs_and_who_saw_it() {
+        let rows = std::array::from_fn(|r| std::array::from_fn(|c| (4 * r + c) as f32));
+        let part = image()
+            .within([640, 480], [100, 50])
+            .with_attribute(TO_CAMERA, Attribute::Matrix(rows));
+        let bytes = part.to_bytes().expect("encoded");
+        let meta = MetaData::read_from_buffered(bytes.as_slice(), false).expect("a header");
+        let header = &meta.headers[0];
+        assert_eq!(header.own_attributes.layer_position, Vec2(100, 50));
+        assert_eq!(header.layer_size, Vec2(3, 2));
+        assert_eq!(header.shared_attributes.display_window.size, Vec2(640, 480));
+        assert_eq!(header.own_attributes.white_luminance, Some(1.0));
+        assert_eq!(Exr::from_bytes(Path::new("x.exr"), &bytes).expect("decoded"), part);
     }
 
     #[test]

@@ -32,7 +32,7 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::de::{DeTable, Deserializer, ValueDeserializer};
 
-pub use camera::{CameraSpec, PerspectiveSpec};
+pub use camera::{CameraSpec, FisheyeSpec, OrthographicSpec, PanoramaSpec, PerspectiveSpec};
 pub use compare::CompareSpec;
 pub use light::{DistributionSpec, LightSpec, Strength};
 pub use material::{CoatedSpec, LambertSpec, MaterialSpec, MetalSpec, MirrorSpec, MixtureSpec};

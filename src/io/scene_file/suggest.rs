@@ -40,11 +40,12 @@ pub(super) fn example(kind: &str, key: &str) -> Option<&'static str> {
         ("line", "spacing") => Some("spacing = 0.5"),
         ("detail", "normal") => Some("normal = 2"),
         ("cameras", "up") => Some("up = [0, 0, 1]"),
+        ("cameras", "height") => Some("height = 4"),
         _ => EXAMPLES.iter().copied().find(|line| line.split(" = ").next() == Some(key)),
     }
 }
 
-const EXAMPLES: [&str; 56] = [
+const EXAMPLES: [&str; 61] = [
     "points = 1000",
     "vertices = true",
     "measure = \"cylindrical\"",
@@ -85,6 +86,11 @@ const EXAMPLES: [&str; 56] = [
     "from = [2.2, 0.3, 1.5]",
     "to = [2.0, 2.9, 0.95]",
     "fov = 45",
+    "width = 5",
+    "mapping = \"equisolid\"",
+    "filter = \"gaussian\"",
+    "crop = [100, 50, 420, 290]",
+    "layers = [\"normal\", \"depth\"]",
     "resolution = [640, 480]",
     "on = \"room.z_min\"",
     "height = 0.75",

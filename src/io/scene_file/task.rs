@@ -5,9 +5,11 @@ use std::time::Duration;
 use serde::{Deserialize, Deserializer};
 
 use super::values::{
-    Above0, AtLeast0, HalfTurn, Inline, Part, Size, count_if, number, number_if, table, table_if,
-    time_if, whole, word,
+    Above0, AtLeast0, HalfTurn, Inline, Named, Part, Size, count_if, named, number, number_if,
+    refusal, table, table_if, time_if, whole, word,
 };
+use super::vectors::pixels;
+use crate::scene::{Filter, Layer, Window};
 
 /// Describes how a picture is made.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
@@ -18,6 +20,15 @@ pub struct RenderSpec {
     pub estimator: RenderEstimator,
     /// The name of the camera; may be left out when there is one.
     pub camera: Option<String>,
+    /// The part of the picture to compute, pixels of the picture at its full size; when left out all of it.
+    #[serde(deserialize_with = "crop_if")]
+    pub crop: Option<Window>,
+    /// How samples weigh in a pixel.
+    #[serde(deserialize_with = "filter")]
+    pub filter: Filter,
+    /// The layers of an EXR picture beside luminance and its standard error; when left out all.
+    #[serde(deserialize_with = "layers_if")]
+    pub layers: Option<Vec<Layer>>,
     /// The seed of the random numbers.
     #[serde(deserialize_with = "whole::<0, { u64::MAX }, _, _>")]
     pub seed: u64,
@@ -30,6 +41,48 @@ pub struct RenderSpec {
     /// How far SH objects may be simplified; not at all when left out. Objects may have their own.
     #[serde(deserialize_with = "table_if")]
     pub detail: Option<DetailSpec>,
+}
+
+/// Reads the left, top, right and bottom border of a part of a picture, the last two behind it.
+fn crop_if<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Window>, D::Error> {
+    let [x0, y0, x1, y1] = pixels(d)?;
+    let none = |_| {
+        let found = format!("[{x0}, {y0}, {x1}, {y1}]");
+        refusal("[left, top, right, bottom], the last two above the first two", &found, "")
+    };
+    Window::new([x0, y0], [x1, y1]).map(Some).map_err(none)
+}
+
+fn filter<'de, D: Deserializer<'de>>(d: D) -> Result<Filter, D::Error> {
+    named(d, &Filter::ALL, &["box", "tent", "gaussian"])
+}
+
+/// Reads words of layers.
+fn layers_if<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Vec<Layer>>, D::Error> {
+    let words = Vec::<LayerWord>::deserialize(d)?;
+    Ok(Some(words.into_iter().map(|word| word.0).collect()))
+}
+
+/// One word among others.
+struct LayerWord(Layer);
+
+impl<'de> Deserialize<'de> for LayerWord {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        const NAMES: &[&str] = &["direct", "indirect", "normal", "depth", "id", "albedo"];
+        named(d, &Layer::ALL, NAMES).map(Self)
+    }
+}
+
+impl Named for Layer {
+    fn name(self) -> &'static str {
+        Self::name(self)
+    }
+}
+
+impl Named for Filter {
+    fn name(self) -> &'static str {
+        Self::name(self)
+    }
 }
 
 /// Names an estimator of luminance.

@@ -44,6 +44,7 @@ ranges! {
     AtLeast0: |x| x >= 0.0, "0 or more", "";
     Albedo: |x| (0.0..1.0).contains(&x), "from 0 to below 1", "it is the reflected part of the flux; at 1 light would never be absorbed";
     Opening: |x| x > 0.0 && x < 180.0, "between 0 and 180 degrees", "";
+    Turn: |x| x > 0.0 && x <= 360.0, "above 0 and at most 360 degrees", "";
     HalfTurn: |x| (0.0..=180.0).contains(&x), "from 0 to 180 degrees", "";
     Share: |x| (0.0..=1.0).contains(&x), "from 0 to 1", "";
     Part: |x| x > 0.0 && x < 1.0, "between 0 and 1", "write 0.01 for one per cent";
@@ -234,6 +235,23 @@ impl<'de, T: Deserialize<'de> + Inline> Visitor<'de> for TableVisitor<T> {
 /// Reads one of the words of `T`.
 pub(super) fn word<'de, T: Deserialize<'de>, D: Deserializer<'de>>(d: D) -> Result<T, D::Error> {
     T::deserialize(StringDeserializer::new(String::deserialize(d)?))
+}
+
+/// Says how a value is called in scene files.
+pub(super) trait Named: Copy {
+    /// Gives the word.
+    fn name(self) -> &'static str;
+}
+
+/// Reads the word of one of `all`, whose names are `names`.
+pub(super) fn named<'de, T: Named, D: Deserializer<'de>>(
+    d: D,
+    all: &[T],
+    names: &'static [&'static str],
+) -> Result<T, D::Error> {
+    let word = String::deserialize(d)?;
+    let found = all.iter().find(|one| one.name() == word);
+    found.copied().ok_or_else(|| D::Error::unknown_variant(&word, names))
 }
 
 /// Reads a time: "10m", "90s", "1.5h", or a number of seconds.

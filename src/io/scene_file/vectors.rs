@@ -151,6 +151,11 @@ pub(super) fn columns_rows<'de, D: Deserializer<'de>>(d: D) -> Result<[u32; 2], 
     Array::<Whole<1, 65536>, 2>::deserialize(d).map(|a| a.0.map(|n| n.0 as u32))
 }
 
+/// Reads four whole numbers from 0 to 65536: positions of pixels.
+pub(super) fn pixels<'de, D: Deserializer<'de>>(d: D) -> Result<[u32; 4], D::Error> {
+    Array::<Whole<0, 65536>, 4>::deserialize(d).map(|a| a.0.map(|n| n.0 as u32))
+}
+
 /// Reads columns and rows of a key that may be left out.
 pub(super) fn columns_rows_if<'de, D: Deserializer<'de>>(
     d: D,

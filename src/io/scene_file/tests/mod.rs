@@ -384,13 +384,13 @@ fn the_shipped_scene_parses_and_nothing_touches() {
     let ObjectSpec::Box(room) = &scene.objects["room"] else { panic!("a box") };
     let ObjectSpec::Sh(head) = &scene.objects["head"] else { panic!("a head") };
     let lamp = &scene.lights["lamp"];
-    let CameraSpec::Perspective(camera) = scene.camera().expect("one camera").1;
+    let camera = scene.camera().expect("one camera").1;
     assert_eq!(head.file.resolved, Path::new("data/scenes/../head.obj"));
-    assert_eq!((head.degree, camera.resolution), (32, [480, 360]));
+    assert_eq!((head.degree, camera.resolution()), (32, [480, 360]));
     // The farthest vertex of head.obj is 0.14131 m from its origin.
     let radius = 0.1414 * head.scale;
     assert!((head.at - radius).cmpgt(room.min).all() && (head.at + radius).cmplt(room.max).all());
-    for point in [lamp.at, camera.from] {
+    for point in [lamp.at, camera.from()] {
         assert!(point.distance(head.at) > radius);
         assert!(point.cmpgt(room.min).all() && point.cmplt(room.max).all());
     }

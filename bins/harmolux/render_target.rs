@@ -1,0 +1,131 @@
+//! Where a picture goes: files opened before the run, and how a rendering becomes their bytes.
+
+use std::path::{Path, PathBuf};
+
+use harmolux::Result;
+use harmolux::estimators::{Estimator, ImageSettings, Rendering, Weighting};
+use harmolux::io::images::{Attribute, Exr, png};
+use harmolux::io::output::{Kind, Output};
+use harmolux::io::scene_file::{RenderSpec, SceneFile};
+use harmolux::scene::{Camera, FirstHits, Layer, Scene};
+use serde_json::{Map, Value};
+
+use super::render::Render;
+use super::say;
+
+/// A form in which a picture is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Image {
+    Png,
+    Exr,
+}
+
+impl Image {
+    /// Encodes a rendering in this form.
+    pub(crate) fn encode(
+        self,
+        rendering: &Rendering,
+        scene: &Scene,
+        camera: &Camera,
+        file: &SceneFile,
+        settings: &ImageSettings,
+    ) -> Result<Vec<u8>> {
+        match self {
+            Self::Png => encode_png(rendering, &file.render),
+            Self::Exr => {
+                let layers = file.render.layers.as_deref().unwrap_or(&Layer::ALL);
+                let hits = FirstHits { scene, camera, filter: settings.filter };
+                let exr = with_layers(measured(rendering)?, layers, &hits)?;
+                described(exr, rendering, camera, file, settings)?.into_bytes()
+            }
+        }
+    }
+}
+
+/// Opens the outputs before anything takes long: those named, or both kinds under the scene's name in this folder.
+pub(crate) fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
+    let stem = verb.common.scene.file_stem().unwrap_or_default();
+    let both = || ["png", "exr"].map(|e| Path::new(stem).with_extension(e)).to_vec();
+    let paths: Vec<PathBuf> = if verb.output.is_empty() { both() } else { verb.output.clone() };
+    let open = |path: PathBuf| {
+        let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let (image, kind) = if exr { (Image::Exr, Kind::EXR) } else { (Image::Png, Kind::PNG) };
+        Ok((image, Output::open(&path, &kind, verb.force)?))
+    };
+    paths.into_iter().map(open).collect()
+}
+
+fn encode_png(rendering: &Rendering, spec: &RenderSpec) -> Result<Vec<u8>> {
+    let [width, height] = rendering.film.size();
+    let image = png(width, height, &rendering.film.image(), spec.exposure)?;
+    say::note(&format!("exposure {} (PNG value per cd/m2)", say::significant(image.exposure, 4)));
+    Ok(image.bytes)
+}
+
+/// Takes what was measured: luminance and its standard error.
+fn measured(rendering: &Rendering) -> Result<Exr> {
+    let film = &rendering.film;
+    let [width, height] = film.size();
+    Exr::new(width, height)
+        .with_colour("", &film.image())?
+        .with_values("stderr.Y", &film.standard_errors())
+}
+
+/// Adds the layers of the shapes; those of the light come from the film.
+fn with_layers(exr: Exr, layers: &[Layer], hits: &FirstHits) -> Result<Exr> {
+    let mut exr = exr;
+    let three = |exr: Exr, names: [&str; 3], values: [Vec<f32>; 3]| {
+        names.into_iter().zip(values).try_fold(exr, |exr, (n, v)| exr.with_samples(n, v))
+    };
+    for layer in Layer::ALL.into_iter().filter(|layer| layers.contains(layer)) {
+        exr = match layer {
+            Layer::Direct | Layer::Indirect => exr,
+            Layer::Normal => three(exr, ["normal.X", "normal.Y", "normal.Z"], hits.normal())?,
+            Layer::Albedo => three(exr, ["albedo.R", "albedo.G", "albedo.B"], hits.albedo())?,
+            Layer::Depth => exr.with_samples("depth.Z", hits.depth())?,
+            Layer::Id => {
+                let names = hits.scene.objects().iter().zip(1..);
+                let names: Map<_, _> =
+                    names.map(|(o, number)| (o.name.clone(), Value::from(number))).collect();
+                exr.with_samples("id.Y", hits.id())?
+                    .with_attribute("objects", Value::Object(names).to_string())
+            }
+        };
+    }
+    Ok(exr)
+}
+
+/// Says what the picture is of and how it was made: nothing that equal runs would not say alike.
+fn described(
+    exr: Exr,
+    rendering: &Rendering,
+    camera: &Camera,
+    file: &SceneFile,
+    settings: &ImageSettings,
+) -> Result<Exr> {
+    let film = &rendering.film;
+    let estimator = match settings.estimator {
+        Estimator::DoubleLocal(Weighting::Walk) => "double-local-a",
+        Estimator::DoubleLocal(Weighting::Gather) => "double-local-b",
+        Estimator::DoubleLocal(Weighting::Bounded { .. }) => "double-local",
+        Estimator::Path => "path",
+    };
+    let scene = file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let rows = camera.world_to_camera().map(|row| row.map(|v| v as f32));
+    let mut exr = exr
+        .within(camera.resolution(), camera.window().min())
+        .with_attribute("scene", scene.as_str())
+        .with_attribute("camera", file.camera()?.0)
+        .with_attribute("cameraType", camera.kind())
+        .with_attribute("worldToCamera", Attribute::Matrix(rows))
+        .with_attribute("filter", settings.filter.name())
+        .with_attribute("estimator", estimator)
+        .with_attribute("unit", "cd/m2")
+        .with_attribute("seed", settings.seed.to_string().as_str())
+        .with_attribute("replicates", film.replicates() as f64)
+        .with_attribute("walksPerPixel", rendering.walks_per_pixel as f64);
+    if let Some(exposure) = file.render.exposure {
+        exr = exr.with_attribute("displayExposure", exposure);
+    }
+    Ok(exr)
+}
