@@ -45,14 +45,16 @@ pub(crate) fn group(group: &Group) {
 
 /// Tells how many sensors agree with what is known, and how far the farthest is off, as the largest difference over the largest exact value.
 fn comparison(group: &Group) {
-    let count = group.comparisons().count();
+    let compared = || group.comparisons().flatten();
+    let count = compared().count();
     if count == 0 {
         return;
     }
-    let agree = group.comparisons().filter(|c| c.agrees == Some(true)).count();
-    let known = group.comparisons().filter(|c| c.agrees.is_some()).count();
-    let largest = group.comparisons().map(|c| c.exact).fold(0.0, f64::max);
-    let off = group.comparisons().zip(group.results).map(|(c, r)| (r.total.mean - c.exact).abs());
+    let agree = compared().filter(|c| c.agrees == Some(true)).count();
+    let known = compared().filter(|c| c.agrees.is_some()).count();
+    let largest = compared().map(|c| c.exact).fold(0.0, f64::max);
+    let pairs = group.comparisons().zip(group.results);
+    let off = pairs.filter_map(|(c, r)| Some((r.total.mean - c?.exact).abs()));
     let judged = if known == 0 {
         "not judged against the exact values, as no error is known".to_owned()
     } else {
@@ -89,6 +91,7 @@ fn values(group: &Group) -> TextTable {
             number(r.direct.mean),
         ];
         row.extend(comparisons.next().into_iter().flat_map(|c| {
+            let Some(c) = c else { return [(); 3].map(|()| "-".to_owned()) };
             let (off, agrees) = match c.agrees {
                 Some(agrees) => (format!("{:+.2}", c.deviation), if agrees { "yes" } else { "NO" }),
                 None => ("-".to_owned(), "-"),
@@ -152,7 +155,7 @@ pub(crate) fn figure<'a>(lines: impl Iterator<Item = &'a Group<'a>>) -> Figure {
     for line in lines {
         let start = line.sensors.first().map_or(DVec3::ZERO, |s| s.at);
         let distances = || line.sensors.iter().map(|s| s.at.distance(start));
-        let known = distances().zip(line.comparisons()).map(|(x, c)| [x, c.exact]);
+        let known = distances().zip(line.comparisons()).filter_map(|(x, c)| Some([x, c?.exact]));
         let known: Vec<[f64; 2]> = known.collect();
         if !known.is_empty() {
             curves.push(Curve::new(format!("{}, exact", line.name), known).drawn(Style::Line));

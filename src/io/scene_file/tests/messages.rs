@@ -210,7 +210,7 @@ pub(super) const BAD_RELATIONS: &[Damage] = &[
     ("[render]", "[require]\ndesk = { uniformity_min = 2 }\n[render]",
         "23:27: `uniformity_min` in [require.desk] must be from 0 to 1, found 2"),
     ("[render]", "[compare]\ndesk = \"sobolew\"\n[render]",
-        "23:8: `desk` in [compare] must be \"sobolev\" or a list of illuminances, found \"sobolew\""),
+        "23:8: `desk` in [compare] must be \"sobolev\", \"discs\", \"sphere\", \"cap\", \"concentric\", \"cube\", \"furnace\", \"direct\" or a list of illuminances, found \"sobolew\""),
     ("on = \"room.z_min\"", "on = \"room.z_min\"\nborder = 2",
         "22:10: a border of 2 m leaves nothing of a surface 4 m wide\n  help: write less than 2"),
 ];
