@@ -279,12 +279,12 @@ pub(crate) fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments)
             SensorEstimator::Radiosity(RadiositySettings { patches, ..default })
         }
     };
-    SensorSettings {
-        estimator,
-        randomness: Randomness::Sobol,
-        seed: common.seed.unwrap_or(spec.seed),
-        stop,
-    }
+    // Counts are whole numbers: evenly spread walks can give all replicates the same one, and an interval without width.
+    let randomness = match estimator {
+        SensorEstimator::Photon { .. } => Randomness::Pseudorandom,
+        _ => Randomness::Sobol,
+    };
+    SensorSettings { estimator, randomness, seed: common.seed.unwrap_or(spec.seed), stop }
 }
 
 fn columns() -> Table {

@@ -136,7 +136,8 @@ impl<'a> Launcher<'a> {
             let sample = vertex.brdf().sample(vertex.normal, vertex.outgoing, [u, v])?;
             let next = flux * sample.weight;
             let survival = (next.luminance() / faint).min(1.0);
-            if roulette >= survival {
+            // Flux that is not finite would outlive every roulette; one node of it is enough to be counted.
+            if roulette >= survival || !flux.is_finite() {
                 return None;
             }
             flux = next / survival;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::facts::{NEAR, dark, differs, intensity, only_lamp, same, two_objects};
 use super::{Mismatch, Result, Solution};
 use crate::exact::{Plane, SobolevProblem};
-use crate::io::scene_file::{LightSpec, ObjectSpec, SceneFile};
+use crate::io::scene_file::{DiscSpec, LightSpec, ObjectSpec, SceneFile};
 use crate::scene::Sensor;
 
 /// A plane of the scene: any point, the normal, the material.
@@ -23,14 +23,8 @@ struct Sobolev<'a> {
 }
 
 pub(super) fn sobolev(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
-    let side = |object| match object {
-        &ObjectSpec::Plane(ref plane) => {
-            Ok(Side { point: plane.point, normal: plane.normal, material: &plane.material })
-        }
-        other => differs(format!("there is a {}", other.type_name())),
-    };
     let [lower, upper] = two_objects(file)?;
-    let found = Sobolev::of(file, [side(lower)?, side(upper)?])?;
+    let found = Sobolev::of(file, [plane(lower)?, plane(upper)?])?;
     Ok(Box::new(move |sensor| {
         let (plane, r) = found.place(sensor)?;
         Ok(found.problem.illuminance(plane, r)?)
@@ -38,10 +32,6 @@ pub(super) fn sobolev(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
 }
 
 pub(super) fn discs(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
-    let disc = |object| match object {
-        &ObjectSpec::Disc(ref disc) => Ok(disc),
-        other => differs(format!("there is a {}", other.type_name())),
-    };
     let [lower, upper] = two_objects(file)?;
     let discs = [disc(lower)?, disc(upper)?];
     let [lower, upper] = discs;
@@ -67,6 +57,20 @@ pub(super) fn discs(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
         let (plane, r) = found.place(sensor)?;
         Ok(solved.illuminance(plane, r)?)
     }))
+}
+
+fn plane(object: &ObjectSpec) -> Result<Side<'_>, Mismatch> {
+    let ObjectSpec::Plane(plane) = object else {
+        return differs(format!("there is a {}", object.type_name()));
+    };
+    Ok(Side { point: plane.point, normal: plane.normal, material: &plane.material })
+}
+
+fn disc(object: &ObjectSpec) -> Result<&DiscSpec, Mismatch> {
+    let ObjectSpec::Disc(disc) = object else {
+        return differs(format!("there is a {}", object.type_name()));
+    };
+    Ok(disc)
 }
 
 impl<'a> Sobolev<'a> {
