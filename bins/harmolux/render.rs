@@ -154,6 +154,8 @@ fn settings(spec: &RenderSpec, scene: &Scene, common: &SceneArguments) -> ImageS
     ImageSettings {
         estimator: match spec.estimator {
             RenderEstimator::DoubleLocal => Estimator::DoubleLocal(Weighting::of(scene)),
+            RenderEstimator::DoubleLocalA => Estimator::DoubleLocal(Weighting::Walk),
+            RenderEstimator::DoubleLocalB => Estimator::DoubleLocal(Weighting::Gather),
             RenderEstimator::Path => Estimator::Path,
         },
         randomness: Randomness::Sobol,
@@ -206,7 +208,9 @@ fn encode_exr(
     let film = &rendering.film;
     let [width, height] = film.size();
     let estimator = match settings.estimator {
-        Estimator::DoubleLocal(_) => "double-local",
+        Estimator::DoubleLocal(Weighting::Walk) => "double-local-a",
+        Estimator::DoubleLocal(Weighting::Gather) => "double-local-b",
+        Estimator::DoubleLocal(Weighting::Bounded { .. }) => "double-local",
         Estimator::Path => "path",
     };
     let scene = file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
