@@ -59,20 +59,17 @@ fn one_nan_in_a_million_walks_is_counted_and_not_averaged_in() {
     let exact = Cube { edge: 4.0, flux: 10_000.0, reflectance: 0.5 }.solve().expect("solves");
     let exact = exact.illuminance(0.5, 0.5).expect("on the floor");
     let point = [Sensor::plane(DVec3::new(2.5, 2.5, 0.0), DVec3::Z)];
-    for flaw in [1, 1000, 1_000_000] {
-        let scene = flawed_cube(flaw);
-        for (estimator, walks) in [
-            (SensorEstimator::Local(Weighting::of(&scene)), 1 << 20),
-            (SensorEstimator::Local(Weighting::Walk), 1 << 20),
-            (SensorEstimator::Path, 1 << 20),
-        ] {
+    let walks = 1 << 20;
+    for flaw in [1, 1_000_000] {
+        let local = SensorEstimator::Local(Weighting::of(&flawed_cube(flaw)));
+        for estimator in [local, SensorEstimator::Local(Weighting::Walk), SensorEstimator::Path] {
             let scene = flawed_cube(flaw);
             let survey = illuminance(&scene, &point, &sensors(estimator, walks), &go_on);
             let survey = survey.expect("runs");
             let found = survey.results[0];
             assert_eq!((found.spoilt, survey.walks), (1, walks), "{estimator:?} {flaw}");
-            // One value of six runs or more; the cube's own solution is good to 1e-7.
-            assert!(found.total.agrees_with(exact, 1e-7 * exact, 9), "{flaw}: {found:?} {exact}");
+            // One of six values; the cube's own solution is good to 1e-7.
+            assert!(found.total.agrees_with(exact, 1e-7 * exact, 6), "{flaw}: {found:?} {exact}");
             assert!(found.total.relative_error() <= 1e-3, "{found:?}");
             assert!(survey.escaped.is_nan() || survey.escaped.abs() <= 2e-6, "{}", survey.escaped);
         }

@@ -17,7 +17,7 @@ use glam::DVec3;
 
 use super::connect::Light;
 use super::receiver::Receiver;
-use super::walk::Walked;
+use super::walk::{Node, Walked};
 use crate::math::{Frame, Ray, Rgb};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -71,6 +71,9 @@ impl<'a> Counter<'a> {
 
     /// Adds up what one walk brings.
     pub(super) fn count(&self, walked: &Walked) -> Light {
+        if !walked.nodes.iter().all(Node::is_sound) {
+            return Light::SPOILT;
+        }
         let mut light = Light::default();
         let mut straight = true;
         for node in &walked.nodes {

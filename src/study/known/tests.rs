@@ -17,7 +17,7 @@ type Change = (&'static str, &'static str);
 /// A scene, what is changed in it, and what is said; nothing where it still is its problem.
 type Case = (&'static str, &'static [Change], &'static str);
 
-const LAMP: Change = ("lights.spare.point", "{ at = [0, 0, 0.9], flux = 5 }");
+const LAMP: Change = ("lights.spare.point", "{ at = [0.1, 0.1, 0.7], flux = 5 }");
 
 const CASES: &[Case] = &[
     ("sobolev_b.toml", &[LAMP], "it has 2 lights"),
@@ -89,7 +89,7 @@ const CASES: &[Case] = &[
     (
         "cie171_5_8.toml",
         &[
-            ("materials.floor.lambert.reflectance", "0.4"),
+            ("materials.floor.lambert", "{ reflectance = 0.4 }"),
             ("objects.cube.box.faces", "{ z_min = \"floor\" }"),
         ],
         "the faces of `cube` reflect differently",
