@@ -162,7 +162,7 @@ pub(super) const BAD_RELATIONS: &[Damage] = &[
     ("[objects.room", "[materials.mixed.mixture]\nof = { walls = 1.5, floor = -0.5 }\n[objects.room",
         "7:29: `floor` in [materials.mixed.mixture.of] must be between 0 and 1, found -0.5\n  help: write 0.01 for one per cent"),
     ("[objects.room", "[materials.a.mixture]\nof = { walls = 0.5, b = 0.5 }\n[materials.b.mixture]\nof = { walls = 0.5, floor = 0.5 }\n[objects.room",
-        "7:28: `b` is a mixture itself\n  help: name the materials it is mixed of, each with its share of the whole"),
+        "7:25: `b` is a mixture itself\n  help: name the materials it is mixed of, each with its share of the whole"),
     ("estimator = \"path\"", "camera = \"mian\"",
         "23:10: unknown camera `mian`\n  help: did you mean `main`?"),
     ("min = [0, 0, 0]", "min = [4, 0, 0]",
