@@ -201,6 +201,12 @@ pub(crate) fn run(survey: &Survey) {
     if survey.escaped > 0.0 {
         say::warning(&format!("{} of the light left the scene", say::percent(survey.escaped)));
     }
+    if survey.caustic > 0.0 {
+        say::warning(&format!(
+            "{} of the light comes to surfaces from point lights by mirrors; what of it falls on a sensor is missing, since no ray finds a point in a mirror; give those lights a size: a sphere or a rectangle with an exitance",
+            say::percent(survey.caustic)
+        ));
+    }
     if let Some(warning) = spoilt(survey) {
         say::warning(&warning);
     }
@@ -240,6 +246,7 @@ pub(crate) fn json(table: &Table, groups: &[Group], survey: &Survey) -> Result<S
     report["seconds"] = survey.elapsed.as_secs_f64().into();
     report["spoilt_samples"] = spoilt_samples(survey).into();
     report["escaped_share"] = survey.escaped.into();
+    report["caustic_share"] = survey.caustic.into();
     report["ending"] = match survey.ending {
         Ending::Walks => "walks",
         Ending::Error => "relative_error",
@@ -295,6 +302,7 @@ mod tests {
             ending: Ending::Walks,
             walks: 1 << 20,
             escaped: 0.0,
+            caustic: 0.0,
             elapsed: std::time::Duration::ZERO,
             radiosity: None,
         }

@@ -64,6 +64,9 @@ pub struct Survey {
     pub walks: u64,
     /// The share of the walks' flux that left an open scene; NaN where there are no walks of light to tell.
     pub escaped: f64,
+    /// The share of all flux that comes to surfaces from point lights by mirrors. A sensor gets none of that straight: no estimate finds a point in a
+    /// mirror. A light with an extent has no such share.
+    pub caustic: f64,
     /// The time it took.
     pub elapsed: Duration,
     /// How the patches exchanged light, by radiosity; then no result has a known error.
@@ -206,6 +209,7 @@ fn survey(
         ending,
         walks: done * REPLICATES as u64,
         escaped: escaped / (launcher.power() * (done * REPLICATES as u64) as f64),
+        caustic: launcher.caustic_share(settings.randomness, settings.seed),
         elapsed: control.elapsed(),
         radiosity: None,
     })

@@ -5,7 +5,9 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::math::{Ray, Rgb, Stream, sampling};
+use rayon::prelude::*;
+
+use crate::math::{Randomness, Ray, Rgb, Stream, hash, sampling};
 use crate::scene::{Emitter, PointLight, Scene, Vertex};
 use crate::{Error, Result};
 
@@ -51,6 +53,10 @@ impl Walked<'_> {
 /// head room, where about half is reflected, this takes 0.6 of the time to a given error that roulette at every hit takes; starting one hit
 /// earlier or later takes a tenth more than this.
 const FAINT: f64 = 0.25;
+
+/// The walks that look for caustics, and the seed of their own.
+const WALKS_FOR_CAUSTICS: u64 = 4096;
+const CAUSTICS: u64 = 0xca;
 
 /// Starts walks on all lights of a scene, each in proportion to its power.
 pub struct Launcher<'a> {
@@ -109,6 +115,22 @@ impl<'a> Launcher<'a> {
             (Some(e), Some(s)) => e.power / self.power() * s.density(&vertex.hit),
             _ => 0.0,
         }
+    }
+
+    /// Gives the share of all flux that comes to surfaces from point lights by mirrors, looked up by some thousand walks: a receiver gets none of it straight, since no ray
+    /// from there can find a point in a mirror. (From surfaces that emit it gets that, too.)
+    pub(super) fn caustic_share(&self, randomness: Randomness, seed: u64) -> f64 {
+        if !self.scene.has_mirrors() || self.scene.lights().is_empty() {
+            return 0.0;
+        }
+        let seed = hash([seed, CAUSTICS]);
+        let caustic = |index| -> f64 {
+            let walked = self.follow(&mut Stream::new(randomness, seed, index));
+            walked.nodes.iter().filter(|n| n.caustic).map(|n| n.flux.luminance()).sum()
+        };
+        let flux: f64 =
+            (0..WALKS_FOR_CAUSTICS).into_par_iter().map(caustic).collect::<Vec<_>>().iter().sum();
+        flux / (self.power() * WALKS_FOR_CAUSTICS as f64)
     }
 
     /// Follows one walk, adds its nodes to `nodes` and returns the flux that escaped from the scene.
