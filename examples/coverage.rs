@@ -5,6 +5,7 @@
 //! Each value must be held at least 174 times of 200 by its 95 % interval (a binomial count falls below with probability 1e-5), all together by 93 to 97 % of them.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -13,8 +14,10 @@ use harmolux::Result;
 use harmolux::estimators::{SensorEstimator, SensorSettings, Stop, Weighting, illuminance};
 use harmolux::exact::enclosures::IntegratingSphere;
 use harmolux::exact::{Cube, Plane as Side, SobolevProblem};
+use harmolux::io::scene_file::SceneFile;
 use harmolux::math::{Randomness, Rgb};
 use harmolux::scene::{Material, Object, PointLight, Scene, Sensor};
+use harmolux::study::{known, load};
 use harmolux::surface::primitives::{AxisBox, Plane, Sphere};
 
 const SEEDS: u64 = 200;
@@ -41,6 +44,12 @@ fn main() -> Result<ExitCode> {
         cube()?,
         sphere()?,
         furnace()?,
+        of_scene("discs_rim", 0.02)?,
+        of_scene("sphere", 0.01)?,
+        of_scene("sphere_glow", 0.01)?,
+        of_scene("hemisphere", 0.02)?,
+        of_scene("concentric", 0.02)?,
+        of_scene("cie171_5_7", 0.02)?,
     ];
     let mut good = true;
     println!("problem       estimator        target   pooled   least of {SEEDS}   values");
@@ -87,6 +96,23 @@ fn held(problem: &Problem, estimator: SensorEstimator) -> Result<Vec<usize>> {
         }
     }
     Ok(held)
+}
+
+/// Takes a problem from its scene file.
+fn of_scene(name: &'static str, target: f64) -> Result<Problem> {
+    let file = format!("data/scenes/exact/{name}.toml");
+    let file = SceneFile::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file), &[])?;
+    let loaded = load(&file)?;
+    let exact = loaded.sensors.iter().map(|group| known(&file, group));
+    let exact: Vec<Option<Vec<f64>>> = exact.collect::<Result<_>>()?;
+    let sensors = loaded.sensors.iter().flat_map(|group| group.sensors.iter().copied());
+    Ok(Problem {
+        name,
+        sensors: sensors.collect(),
+        exact: exact.into_iter().flatten().flatten().collect(),
+        scene: loaded.scene,
+        target,
+    })
 }
 
 fn grey(reflectance: f64) -> Result<Material> {

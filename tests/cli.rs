@@ -733,7 +733,7 @@ fn hidden_sensors_are_warned_of_marked_and_do_not_count() {
         &["behind crate", "behind room", "spots: 1 of 3 sensors count, 2 are behind"],
     );
     // With one sensor left its uniformity is 1.
-    assert_says(&said, &["spots: U0 1.000 (1.000 to 1.000)"]);
+    assert_says(&said, &["spots: U0 1.000000 (1.000000 to 1.000000)"]);
     let report = desk.json(["illum", "room.toml", "-D", define]);
     let behind: Vec<_> =
         report["rows"].as_array().expect("rows").iter().map(|r| &r["behind"]).collect();

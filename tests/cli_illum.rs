@@ -123,7 +123,102 @@ fn wrong_known_values_are_found_out() {
     assert!(code == 3 && said.contains("is not Sobolev's problem"), "{said}");
     let off = "sensors.radius.line.from=[0, 0, 0.1]";
     let (code, said) = Desk::new("[compare]\nradius = \"sobolev\"\n").illum(&["-D", off]);
-    assert!(code == 3 && said.contains("a sensor of `radius` is not on a plane"), "{said}");
+    assert!(code == 3 && said.contains("sensor 1 of `radius` is not on a plane"), "{said}");
+    let (code, said) = Desk::new("[compare]\nradius = \"cube\"\n").illum(&[]);
+    assert_eq!(code, 3, "{said}");
+    assert!(said.contains("24:10: the scene is not a cube with a lamp in its middle"), "{said}");
+}
+
+#[test]
+fn probe_marks_points_outside_the_room_and_refuses_those_in_a_lamp() {
+    let desk = Desk::new("");
+    let room = "{ min = [-1, -1, 0], max = [1, 1, 1], inward = true, material = \"half\" }";
+    let text = fs::read_to_string(desk.0.path().join("planes.toml")).expect("there");
+    let (before, after) = text.split_once("[objects.floor.plane]").expect("planes");
+    let (_, after) = after.split_once("[lights").expect("lights");
+    let text = format!("{before}[objects]\nroom.box = {room}\n[lights{after}");
+    fs::write(desk.0.path().join("planes.toml"), text).expect("written");
+    let input = "0 0 0  0 0 1\n0 0 -0.5  0 0 1\n5 0 0  0 0 1\n";
+    let (code, said) = desk.probe(&["-I"], input);
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!((code, &lines[1..3]), (0, &["NaN\tbehind room"; 2][..]), "{said}");
+    assert!(lines[0].starts_with(|c: char| c.is_ascii_digit()), "{said}");
+    let words = "warning: 2 of 3 points are outside the room, or inside the object, `room` (the first is point 2); they measure nothing";
+    assert!(said.contains(words), "{said}");
+    let (code, said) = desk.probe(&["-I", "--json"], input);
+    let rows: Value = serde_json::from_str(
+        said.split("\n64 walks").next().unwrap_or("").split("\nwarning").next().unwrap_or(""),
+    )
+    .expect("JSON");
+    let rows = &rows["rows"];
+    assert!(code == 0 && rows[1]["behind"] == "room" && rows[0]["behind"].is_null(), "{said}");
+    assert!(rows[1]["value_lx"].is_null() && rows[0]["value_lx"].is_number(), "{said}");
+    let (code, said) = desk.probe(&[], input);
+    assert!(
+        code == 0 && said.contains("they see it from behind") && !said.contains("NaN"),
+        "{said}"
+    );
+    let (code, said) = desk.probe(&["-I"], "0 0 0  0 0 1\n0 0 0.5  0 0 1\n");
+    assert!(code == 3 && said.contains("stdin: point 2 is where light `source` is"), "{said}");
+}
+
+#[test]
+fn walls_that_absorb_nothing_are_refused_with_the_reason() {
+    for (value, words) in [
+        ("materials.half.lambert.reflectance=1", "below 1"),
+        ("materials.half.lambert.reflectance=1.5", "below 1"),
+    ] {
+        let (code, said) = Desk::new("").illum(&["-D", value]);
+        assert!(code == 3 && said.contains(words) && said.contains("reflectance"), "{said}");
+    }
+}
+
+#[test]
+fn no_time_is_refused_and_too_little_ends_with_4_and_what_was_reached() {
+    for time in ["0", "\"0s\"", "-1"] {
+        let stop = format!("illum.stop={{ time = {time} }}");
+        let (code, said) = Desk::new("").illum(&["-D", &stop]);
+        assert!(code == 3 && said.contains("must be a time above 0"), "{said}");
+    }
+    let desk = Desk::new("");
+    let stop = "illum.stop={ relative_error = 1e-6, time = 0.2 }";
+    let (code, said) = desk.illum(&["-D", stop, "-o", "lux.csv"]);
+    assert_eq!(code, 4, "{said}");
+    let told = said.split("target not met: the largest 95 % half width is ").nth(1).expect("said");
+    let reached: f64 = told.split(' ').next().and_then(|x| x.parse().ok()).expect("a number");
+    assert!(reached > 1e-4 && reached < 100.0, "{said}");
+    assert!(told.contains("asked for 0.000100 %") && told.contains("allow more time"), "{said}");
+    let written = fs::read_to_string(desk.0.path().join("lux.csv")).expect("written");
+    assert_eq!(written.lines().count(), 6);
+}
+
+#[test]
+fn values_have_the_digits_that_their_intervals_justify() {
+    let desk = Desk::new("[compare]\nradius = \"sobolev\"\n");
+    // Direct light is exact, and four times nothing is known of the rest with 64 walks and 2^18.
+    let foot = |words: &[&str]| -> Vec<String> {
+        let (_, said) = desk.illum(words);
+        let row = said.lines().find(|line| line.starts_with("| 1 ")).expect("a row").to_owned();
+        row.split('|').map(|cell| cell.trim().to_owned()).collect()
+    };
+    let decimals = |text: &str| text.split_once('.').map_or(0, |(_, after)| after.len());
+    for words in [&[][..], &["-D", "illum.stop.walks=65536"]] {
+        let row = foot(words);
+        let [value, half_width, direct, exact] = [&row[5], &row[6], &row[7], &row[8]];
+        assert_eq!(decimals(value), decimals(half_width), "{row:?}");
+        assert_eq!(decimals(exact), decimals(value), "{row:?}");
+        assert_eq!(direct, "4.000000", "{row:?}");
+    }
+}
+
+#[test]
+fn photons_straight_below_a_lamp_have_an_error() {
+    let words =
+        ["--estimator", "photon", "-D", "illum.radius=0.1", "-D", "illum.stop.walks=524288"];
+    let report = Desk::new("").json(&words);
+    let half_width = report["rows"][0]["half_width_95_lx"].as_f64().expect("a number");
+    // Some 5000 photons of 4.5 lx: 1.4 % is one standard error.
+    assert!(half_width > 0.02 && half_width < 0.5, "{report}");
 }
 
 #[test]

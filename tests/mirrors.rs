@@ -159,10 +159,11 @@ fn light_that_no_ray_finds_is_told() {
     assert!(share(&built) <= 0.0);
     // The part of all directions in which the lamp sees the mirror, and less than a third of it again for what goes to and fro.
     let straight: f64 = [(1.5, 2.2), (1.5, 0.8), (3.5, 2.2), (3.5, 0.8)]
-        .map(|(a, b): (f64, f64)| (a * b / (3.0 * (a * a + b * b + 9.0).sqrt())).atan() / (4.0 * PI))
+        .map(|(a, b): (f64, f64)| {
+            (a * b / (3.0 * (a * a + b * b + 9.0).sqrt())).atan() / (4.0 * PI)
+        })
         .iter()
         .sum();
     let found = share(&mirrored);
     assert!((0.98..1.33).contains(&(found / straight)), "{found} {straight}");
-}", share(&mirrored));
 }

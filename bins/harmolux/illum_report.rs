@@ -45,14 +45,16 @@ pub(crate) fn group(group: &Group) {
 
 /// Tells how many sensors agree with what is known, and how far the farthest is off, as the largest difference over the largest exact value.
 fn comparison(group: &Group) {
-    let count = group.comparisons().count();
+    let compared = || group.comparisons().flatten();
+    let count = compared().count();
     if count == 0 {
         return;
     }
-    let agree = group.comparisons().filter(|c| c.agrees == Some(true)).count();
-    let known = group.comparisons().filter(|c| c.agrees.is_some()).count();
-    let largest = group.comparisons().map(|c| c.exact).fold(0.0, f64::max);
-    let off = group.comparisons().zip(group.results).map(|(c, r)| (r.total.mean - c.exact).abs());
+    let agree = compared().filter(|c| c.agrees == Some(true)).count();
+    let known = compared().filter(|c| c.agrees.is_some()).count();
+    let largest = compared().map(|c| c.exact).fold(0.0, f64::max);
+    let pairs = group.comparisons().zip(group.results);
+    let off = pairs.filter_map(|(c, r)| Some((r.total.mean - c?.exact).abs()));
     let judged = if known == 0 {
         "not judged against the exact values, as no error is known".to_owned()
     } else {
@@ -76,7 +78,7 @@ fn values(group: &Group) -> TextTable {
     for (i, ((sensor, r), behind)) in sensors.enumerate() {
         let number = |x: f64| say::significant(x, 4);
         let illuminance = match behind {
-            None => number(r.total.mean),
+            None => measured(&r.total),
             Some(object) => format!("behind {object}"),
         };
         let mut row = vec![
@@ -86,25 +88,30 @@ fn values(group: &Group) -> TextTable {
             number(sensor.at.z),
             illuminance,
             half_width(&r.total),
-            number(r.direct.mean),
+            measured(&r.direct),
         ];
         row.extend(comparisons.next().into_iter().flat_map(|c| {
+            let Some(c) = c else { return [(); 3].map(|()| "-".to_owned()) };
             let (off, agrees) = match c.agrees {
                 Some(agrees) => (format!("{:+.2}", c.deviation), if agrees { "yes" } else { "NO" }),
                 None => ("-".to_owned(), "-"),
             };
-            [number(c.exact), off, agrees.to_owned()]
+            [say::measured(c.exact, r.total.half_width(0.05)), off, agrees.to_owned()]
         }));
         table.add_row(row);
     }
     table
 }
 
+/// Writes the value of an estimate.
+fn measured(estimate: &Estimate) -> String {
+    say::measured(estimate.mean, estimate.half_width(0.05))
+}
+
 /// Writes the half width of an interval, or that none is known.
 pub(crate) fn half_width(estimate: &Estimate) -> String {
     let half_width = estimate.half_width(0.05);
-    // What is left of an exact value is rounding.
-    let rounding = 1e-13 * estimate.mean.abs();
+    let rounding = say::ROUNDING * estimate.mean.abs();
     match half_width {
         x if x.is_nan() => "-".to_owned(),
         x if x <= rounding => "0".to_owned(),
@@ -114,11 +121,12 @@ pub(crate) fn half_width(estimate: &Estimate) -> String {
 
 /// Writes a value with its interval where that is known.
 fn text(bracket: &Bracket) -> String {
+    let half_width = 0.5 * (bracket.high - bracket.low);
+    let number = |x: f64| say::measured(x, half_width);
     if !bracket.has_interval() {
-        return say::significant(bracket.value, 4);
+        return number(bracket.value);
     }
-    let [value, low, high] =
-        [bracket.value, bracket.low, bracket.high].map(|x| say::significant(x, 4));
+    let [value, low, high] = [bracket.value, bracket.low, bracket.high].map(number);
     format!("{value} ({low} to {high})")
 }
 
@@ -152,7 +160,7 @@ pub(crate) fn figure<'a>(lines: impl Iterator<Item = &'a Group<'a>>) -> Figure {
     for line in lines {
         let start = line.sensors.first().map_or(DVec3::ZERO, |s| s.at);
         let distances = || line.sensors.iter().map(|s| s.at.distance(start));
-        let known = distances().zip(line.comparisons()).map(|(x, c)| [x, c.exact]);
+        let known = distances().zip(line.comparisons()).filter_map(|(x, c)| Some([x, c?.exact]));
         let known: Vec<[f64; 2]> = known.collect();
         if !known.is_empty() {
             curves.push(Curve::new(format!("{}, exact", line.name), known).drawn(Style::Line));
@@ -199,12 +207,23 @@ pub(crate) fn run(survey: &Survey) {
             say::percent(survey.caustic)
         ));
     }
-    let spoilt: u64 = survey.results.iter().map(|r| r.spoilt).sum();
-    if spoilt > 0 {
-        say::warning(&format!(
-            "{spoilt} samples were not finite; they are counted here and nowhere else"
-        ));
+    if let Some(warning) = spoilt(survey) {
+        say::warning(&warning);
     }
+}
+
+/// Says how many samples were not finite, if any.
+fn spoilt(survey: &Survey) -> Option<String> {
+    let spoilt = spoilt_samples(survey);
+    (spoilt > 0).then(|| {
+        let (samples, they) =
+            if spoilt == 1 { ("sample was", "it is") } else { ("samples were", "they are") };
+        format!("{spoilt} {samples} not finite; {they} counted here and nowhere else")
+    })
+}
+
+fn spoilt_samples(survey: &Survey) -> u64 {
+    survey.results.iter().map(|r| r.spoilt).sum()
 }
 
 /// Writes everything as JSON: the rows of the table, the groups with their requirements, and how the run went.
@@ -225,6 +244,7 @@ pub(crate) fn json(table: &Table, groups: &[Group], survey: &Survey) -> Result<S
         })
     });
     report["seconds"] = survey.elapsed.as_secs_f64().into();
+    report["spoilt_samples"] = spoilt_samples(survey).into();
     report["escaped_share"] = survey.escaped.into();
     report["caustic_share"] = survey.caustic.into();
     report["ending"] = match survey.ending {
@@ -266,4 +286,36 @@ fn of_requirement(judged: &Judged) -> Value {
         "limit": limit,
         "verdict": verdict,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use harmolux::scene::Measured;
+
+    use super::*;
+
+    fn survey(spoilt: u64) -> Survey {
+        let one = Estimate { mean: 2.0, standard_error: 0.1, replicates: 32 };
+        Survey {
+            results: vec![Measured { total: one, direct: one, spoilt }],
+            replicates: Vec::new(),
+            ending: Ending::Walks,
+            walks: 1 << 20,
+            escaped: 0.0,
+            caustic: 0.0,
+            elapsed: std::time::Duration::ZERO,
+            radiosity: None,
+        }
+    }
+
+    #[test]
+    fn samples_that_are_not_finite_are_told_and_written() {
+        assert_eq!(spoilt(&survey(0)), None);
+        let told = spoilt(&survey(1)).expect("one");
+        assert_eq!(told, "1 sample was not finite; it is counted here and nowhere else");
+        assert!(spoilt(&survey(3)).expect("three").starts_with("3 samples were not finite; they"));
+        let report = json(&Table::new(["group"]), &[], &survey(3)).expect("writes");
+        let report: Value = serde_json::from_str(&report).expect("JSON");
+        assert_eq!(report["spoilt_samples"], 3);
+    }
 }

@@ -1,5 +1,6 @@
 //! `harmolux probe`: luminance along rays, or illuminance at points, from stdin to stdout.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
@@ -8,7 +9,7 @@ use harmolux::estimators::{illuminance, luminance};
 use harmolux::io::rays;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::math::Ray;
-use harmolux::scene::{Measured, Sensor};
+use harmolux::scene::{Measured, Scene, Sensor};
 use harmolux::{Error, Result};
 
 use super::arguments::SceneArguments;
@@ -22,6 +23,7 @@ use super::{illum_report, interrupt, say};
 /// Measure luminance, cd/m2, along rays given on stdin, or illuminance, lx, at points
 ///
 /// Each line of stdin is a point and a direction: x y z dx dy dz. Each gives one line on stdout, in the same order: the value and its 95 % half width.
+/// With -I, a point outside the room or inside an object measures nothing; its line says NaN and behind what it is.
 /// All are served by the same walks, so that answers come when the input ends; [illum] of the scene says how and when to stop.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -44,16 +46,25 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     let asked = read_stdin()?;
     if asked.is_empty() {
         say::note("nothing is asked: stdin holds no line of x y z dx dy dz");
-        report(verb, &[], as_json)?;
+        report(verb, &[], &[], as_json)?;
         return Ok(Code::Done);
+    }
+    let sensors: Vec<Sensor> =
+        asked.iter().map(|&(at, normal)| Sensor::plane(at, normal)).collect();
+    if verb.illuminance {
+        check_distances(&loaded.scene, &sensors)?;
+    }
+    let mut behind = loaded.behind(&sensors);
+    warn_of_hidden(&behind, verb.illuminance);
+    if !verb.illuminance {
+        // An eye there sees the back of the surface, which has a luminance.
+        behind.fill(None);
     }
     let settings = settings(&file.illum, &loaded.scene, &verb.common);
     interrupt::listen();
     let meter = Meter::start("measuring", "largest 95 % half width");
     let watch = |p: &_| meter.show(p);
     let survey = if verb.illuminance {
-        let sensors: Vec<Sensor> =
-            asked.iter().map(|&(at, normal)| Sensor::plane(at, normal)).collect();
         illuminance(&loaded.scene, &sensors, &settings, &watch)
     } else {
         let rays: Vec<Ray> = asked.iter().map(|&(at, along)| Ray::new(at, along)).collect();
@@ -61,18 +72,60 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     }
     .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
-    report(verb, &survey.results, as_json)?;
+    report(verb, &survey.results, &behind, as_json)?;
     illum_report::run(&survey);
     Ok(code(survey.ending, settings.stop, reached(&survey), "largest 95 % half width"))
 }
 
-fn report(verb: &Probe, results: &[Measured], as_json: bool) -> Result<()> {
+/// Refuses a point where a light is: what it receives is without bounds.
+fn check_distances(scene: &Scene, sensors: &[Sensor]) -> Result<()> {
+    for (i, sensor) in sensors.iter().enumerate() {
+        if let Some(light) = scene.lights().iter().find(|light| light.at == sensor.at) {
+            return Err(Error::Parameter(format!(
+                "stdin: point {} is where light `{}` is; its illuminance would be infinite, move it",
+                i + 1,
+                light.name
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Says behind what points are.
+fn warn_of_hidden(behind: &[Option<String>], illuminance: bool) {
+    let end = if illuminance { "they measure nothing" } else { "they see it from behind" };
+    let mut hidden = BTreeMap::<&str, Vec<usize>>::new();
+    for (i, object) in behind.iter().enumerate() {
+        if let Some(object) = object {
+            hidden.entry(object).or_default().push(i + 1);
+        }
+    }
+    for (object, points) in hidden {
+        say::warning(&format!(
+            "{} of {} points are outside the room, or inside the object, `{object}` (the first is point {}); {end}",
+            points.len(),
+            behind.len(),
+            points[0]
+        ));
+    }
+}
+
+fn report(
+    verb: &Probe,
+    results: &[Measured],
+    behind: &[Option<String>],
+    as_json: bool,
+) -> Result<()> {
     if as_json {
-        let table = table(results, if verb.illuminance { "lx" } else { "cd_m2" });
+        let table = table(results, behind, if verb.illuminance { "lx" } else { "cd_m2" });
         say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
         return Ok(());
     }
-    for r in results {
+    for (r, behind) in results.iter().zip(behind) {
+        if let Some(object) = behind {
+            say::data(&format!("NaN\tbehind {object}"));
+            continue;
+        }
         let half_width = illum_report::half_width(&r.total);
         say::data(&format!("{}\t{half_width}", say::significant(r.total.mean, 7)));
     }
@@ -86,14 +139,17 @@ fn read_stdin() -> Result<Vec<(glam::DVec3, glam::DVec3)>> {
     rays::parse(path, &text)
 }
 
-fn table(results: &[Measured], unit: &str) -> Table {
+fn table(results: &[Measured], behind: &[Option<String>], unit: &str) -> Table {
     let names = ["value", "half_width_95", "standard_error", "direct"];
     let header = names.map(|name| format!("{name}_{unit}"));
-    let mut table = Table::new(header.into_iter().chain(["spoilt_samples".to_owned()]));
-    for r in results {
+    let more = ["spoilt_samples", "behind"].map(str::to_owned);
+    let mut table = Table::new(header.into_iter().chain(more));
+    for (r, behind) in results.iter().zip(behind) {
         let numbers =
             [r.total.mean, r.total.half_width(0.05), r.total.standard_error, r.direct.mean];
-        table.push(numbers.map(Cell::Number).into_iter().chain([Cell::Whole(r.spoilt)]));
+        // What is behind an object measures nothing.
+        let numbers = numbers.map(|x| Cell::Number(if behind.is_some() { f64::NAN } else { x }));
+        table.push(numbers.into_iter().chain([Cell::Whole(r.spoilt), behind.clone().into()]));
     }
     table
 }

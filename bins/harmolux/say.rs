@@ -80,6 +80,23 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
     format!("{x:.decimals$}")
 }
 
+/// Writes a value with the digits that its 95 % half width justifies: to the second digit of that, but two at least and seven at most; four where no error
+/// is known, and seven where the value is exact.
+pub(crate) fn measured(x: f64, half_width: f64) -> String {
+    let magnitude = |x: f64| x.abs().log10().floor() as i32;
+    let digits = if half_width.is_nan() {
+        4
+    } else if half_width <= ROUNDING * x.abs() || !half_width.is_finite() {
+        if half_width.is_finite() { 7 } else { 2 }
+    } else {
+        magnitude(x).saturating_sub(magnitude(half_width)).saturating_add(2).clamp(2, 7)
+    };
+    significant(x, digits as usize)
+}
+
+/// What is left of the error of an exact value, relative to it.
+pub(crate) const ROUNDING: f64 = 1e-13;
+
 /// Writes a number of bytes with its thousands apart.
 pub(crate) fn bytes(n: usize) -> String {
     let digits = n.to_string();
@@ -105,5 +122,23 @@ mod tests {
         assert_eq!(significant(0.0, 3), "0");
         assert_eq!(bytes(587_796), "587 796 B");
         assert_eq!(bytes(12), "12 B");
+    }
+    #[test]
+    fn values_have_the_digits_that_their_errors_justify() {
+        for (value, half_width, text) in [
+            (310.981_23, 1.234, "311.0"),
+            (310.981_23, 0.012_34, "310.981"),
+            (310.981_23, 60.0, "311"),
+            (0.062_15, 0.000_31, "0.06215"),
+            (4.528_129_525, 0.0, "4.528130"),
+            (4.528_129_525, 1e-9, "4.528130"),
+            (4.528_129_525, f64::NAN, "4.528"),
+            (4.528_129_525, f64::INFINITY, "4.5"),
+            (0.5, 12.0, "0.50"),
+            (0.0, 0.0, "0"),
+            (0.0, 1.0, "0"),
+        ] {
+            assert_eq!(measured(value, half_width), text);
+        }
     }
 }

@@ -38,6 +38,9 @@ pub struct Light {
 }
 
 impl Light {
+    /// What a walk or a path brings that is spoilt by a place, a normal or a flux that is no number: it is counted, and nothing of it is added.
+    pub(super) const SPOILT: Self = Self { direct: Rgb::BLACK, indirect: Rgb::grey(f64::NAN) };
+
     /// Gives both together.
     pub fn total(&self) -> Rgb {
         self.direct + self.indirect
@@ -175,7 +178,11 @@ impl<'a> Connector<'a> {
         batch.rays.clear();
         batch.connections.clear();
         for to in level {
-            let Estimate { receiver, walk, beyond, stream, .. } = &mut batch.estimates[to];
+            let Estimate { receiver, walk, beyond, stream, light, .. } = &mut batch.estimates[to];
+            if !walk.iter().all(Node::is_sound) {
+                *light = Light::SPOILT;
+                continue;
+            }
             let mut add = |source, known, (ray, light)| {
                 batch.rays.push(ray);
                 batch.connections.push(Connection { to, light, source, known });
@@ -289,6 +296,10 @@ impl<'a> Connector<'a> {
         }
         let Some((object, hit)) = hit else { return };
         let vertex = self.scene.refined_vertex(*object, hit, -gathered.sample.direction);
+        if !vertex.is_sound() {
+            from.light = Light::SPOILT;
+            return;
+        }
         let unknown = 1.0 - share(outlook, *object);
         let estimate = self.look(from, gathered, &vertex, unknown);
         if let Some((direction, reflectance)) = vertex.mirrored() {

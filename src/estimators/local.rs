@@ -256,7 +256,7 @@ impl Run<'_> {
                 self.serve(sensor, replicate, first..first + count, own, sum);
             });
         });
-        walks.iter().flatten().map(Walked::escaped).sum()
+        walks.iter().flatten().map(Walked::escaped).filter(|flux| flux.is_finite()).sum()
     }
 
     fn walk(&self, replicate: usize, index: u64) -> Walked<'_> {

@@ -48,6 +48,9 @@ impl<'a> PathTracer<'a> {
             reflected = true;
             // Through mirrors to what reflects otherwise.
             loop {
+                if !vertex.is_sound() {
+                    return Light::SPOILT;
+                }
                 let albedo = vertex.albedo();
                 let mirrored = vertex.mirrored();
                 let by_mirror = mirrored.map_or(0.0, |(_, reflectance)| reflectance.luminance());

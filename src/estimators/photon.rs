@@ -4,7 +4,8 @@
 //! radius that is small against the distance of all light this differs by a share of the order of (r / distance)^2; within r of an edge, a corner or another
 //! object the disc reaches into places without light and E is too low, by up to half at a wall. The interval knows nothing of this bias. The variance goes with
 //! 1 / (number of walks x r^2): halving the radius takes four times the walks. A count is a whole number: where Sobol points happen to give all replicates the
-//! same one (direct light straight below a lamp), the interval has no width, though the value may be off by most of a photon in each.
+//! same one (direct light straight below a lamp), the interval has no width, though the value may be off by most of a photon in each. `harmolux illum` therefore
+//! counts with plain random numbers.
 //!
 //! A disc stands at its sensor, before the surface on which the sensor lies by the self-intersection policy of hits, and farther before
 //! a surface that rises above it at the rim (a room seen from inside a sphere), else photons would end short of it. Direct light is counted like
@@ -16,7 +17,7 @@ use glam::DVec3;
 
 use super::connect::Light;
 use super::receiver::Receiver;
-use super::walk::Walked;
+use super::walk::{Node, Walked};
 use crate::math::{Frame, Ray, Rgb};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -70,6 +71,9 @@ impl<'a> Counter<'a> {
 
     /// Adds up what one walk brings.
     pub(super) fn count(&self, walked: &Walked) -> Light {
+        if !walked.nodes.iter().all(Node::is_sound) {
+            return Light::SPOILT;
+        }
         let mut light = Light::default();
         let mut straight = true;
         for node in &walked.nodes {

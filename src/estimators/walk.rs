@@ -27,6 +27,13 @@ pub struct Node<'a> {
     pub caustic: bool,
 }
 
+impl Node<'_> {
+    /// Tells whether place, normal and flux are numbers; a walk with another node is spoilt.
+    pub(super) fn is_sound(&self) -> bool {
+        self.vertex.is_sound() && self.flux.is_finite()
+    }
+}
+
 /// Holds a finished walk.
 pub(super) struct Walked<'a> {
     /// Its start on an emitting surface, and its hits.
@@ -160,6 +167,10 @@ impl<'a> Launcher<'a> {
             let Some(vertex) = self.scene.vertex(&ray) else { return Some((ray, flux)) };
             let caustic = hidden && mirrored;
             nodes.push(Node { vertex, flux, start_density: None, caustic });
+            if !nodes.last().is_some_and(Node::is_sound) {
+                // It would outlive every roulette; who looks at the walk counts it as spoilt.
+                return None;
+            }
             let [u, v, roulette, choice] = stream.next_4d();
             let (direction, weight, by_mirror) = reflect(&vertex, [u, v], choice)?;
             if by_mirror {

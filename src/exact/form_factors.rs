@@ -11,6 +11,8 @@ use glam::DVec3;
 use super::ranges::positive;
 use crate::Result;
 
+pub use super::windows::{cut_polygon, polygon_through};
+
 /// Describes two equal rectangles that face each other squarely. Lengths in metres, above 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OpposedRectangles {
@@ -172,20 +174,11 @@ fn edge(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
 /// Clips a polygon to r . n >= 0 (Sutherland and Hodgman 1974) and gives its vertices relative to `point`; empty when nothing rises
 /// above the horizon.
 fn above_horizon(vertices: &[DVec3], point: DVec3, normal: DVec3) -> Vec<DVec3> {
-    let relative = || vertices.iter().map(|&v| (v - point, (v - point).dot(normal)));
-    if vertices.len() < 3 || relative().all(|(_, height)| height <= 0.0) {
+    let relative: Vec<DVec3> = vertices.iter().map(|&v| v - point).collect();
+    if vertices.len() < 3 || relative.iter().all(|v| v.dot(normal) <= 0.0) {
         return Vec::new();
     }
-    let mut clipped = Vec::with_capacity(vertices.len() + 1);
-    for ((a, ha), (b, hb)) in relative().zip(relative().cycle().skip(1)) {
-        if ha >= 0.0 {
-            clipped.push(a);
-        }
-        if (ha < 0.0 && hb > 0.0) || (ha > 0.0 && hb < 0.0) {
-            clipped.push(a.lerp(b, ha / (ha - hb)));
-        }
-    }
-    clipped
+    cut_polygon(&relative, DVec3::ZERO, normal)
 }
 
 /// Refuses lengths that are not above 0.

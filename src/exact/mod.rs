@@ -7,6 +7,7 @@ mod cube;
 mod discs;
 mod glazing;
 mod ranges;
+mod windows;
 
 pub mod cie171;
 pub mod enclosures;

@@ -48,6 +48,11 @@ impl Vertex<'_> {
         }
     }
 
+    /// Tells whether its place and its normal are numbers; light has no meaning at another.
+    pub fn is_sound(&self) -> bool {
+        self.hit.point.is_finite() && self.normal.is_finite()
+    }
+
     /// Gives the reflection there.
     pub fn brdf(&self) -> &Brdf {
         &self.material.brdf

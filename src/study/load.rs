@@ -37,6 +37,17 @@ pub struct Loaded {
     pub preparation: Preparation,
     /// What is probably not meant, a sentence each.
     pub warnings: Vec<String>,
+    /// Whether each object of the scene has an inside.
+    bodies: Vec<Body>,
+}
+
+impl Loaded {
+    /// Names, for each sensor, the object behind whose surface it is: outside the room, or inside the object. Such a sensor gets no light.
+    pub fn behind(&self, sensors: &[Sensor]) -> Vec<Option<String>> {
+        let objects = self.scene.objects().iter().zip(&self.bodies);
+        let solids: Vec<Solid> = objects.filter_map(|(o, body)| Solid::new(o, *body)).collect();
+        sensors.par_iter().map(|sensor| behind(sensor, None, &solids)).collect()
+    }
 }
 
 /// Names a set of sensors.
@@ -122,7 +133,8 @@ pub fn load_seen(file: &SceneFile, camera: Option<&Camera>) -> Result<Loaded> {
     check_distances(file, &sensors, scene.lights())?;
     warnings.extend(misplaced_sensors(&sensors));
     let preparation = shared.preparation();
-    Ok(Loaded { scene, sensors, fits, details, preparation, warnings })
+    let bodies = built.iter().map(|b| b.body).collect();
+    Ok(Loaded { scene, sensors, fits, details, preparation, warnings, bodies })
 }
 
 /// Builds the camera that `[render]` names, or the only one.

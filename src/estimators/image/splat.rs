@@ -23,7 +23,9 @@ pub(super) fn add<'a>(
 ) {
     for node in nodes.filter(|node| node.caustic) {
         if let Some((film, light)) = seen(scene, camera, node) {
-            spread(camera, filter, film, light * weight, samples);
+            for film in camera.repeats(film, filter.radius()) {
+                spread(camera, filter, film, light * weight, samples);
+            }
         }
     }
 }

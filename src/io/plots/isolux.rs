@@ -248,8 +248,8 @@ impl Isolux {
         let (columns, fine) = refined(layout.columns, &field, times);
         let place = |p: [f64; 2]| layout.place(p.map(|x| x / times as f64));
         let (mut all, mut labels) = (Vec::new(), Vec::new());
-        for (level, text) in self.scale.levels().iter().zip(self.scale.level_texts()) {
-            let lines: Vec<Line> = isolines(columns, &fine, self.scale.evened(*level))
+        for (level, text) in self.reached_levels() {
+            let lines: Vec<Line> = isolines(columns, &fine, self.scale.evened(level))
                 .into_iter()
                 .map(|line| line.points.into_iter().map(place).collect())
                 .filter(|line: &Line| length(line) >= SHORTEST)
@@ -259,6 +259,16 @@ impl Isolux {
             all.extend(lines);
         }
         (all, labels)
+    }
+
+    /// Lists the levels that sensors reach: what is interpolated between them may exceed them all, and no line claims more than was measured.
+    fn reached_levels(&self) -> Vec<(f64, String)> {
+        let Tally { least: Some((_, least)), largest: Some((_, largest)), .. } = self.tally()
+        else {
+            return Vec::new();
+        };
+        let levels = self.scale.levels().iter().copied().zip(self.scale.level_texts());
+        levels.filter(|(level, _)| (least..=largest).contains(level)).collect()
     }
 
     /// Lists what marks the largest and the least value; with their number where cells have none.
@@ -511,6 +521,19 @@ mod tests {
         ] {
             assert!(svg.contains(words), "{words}");
         }
+    }
+
+    #[test]
+    fn no_line_lies_beyond_the_values_of_the_sensors() {
+        let levels = |top: f64| {
+            let mut grid = isolux(5, 5, |i| Some(if i == 12 { top } else { 150.0 }));
+            let wish = ScaleWish { high: Some(500.0), ..Default::default() };
+            grid.scale = wish.fitted(&[], 1.0).expect("a scale");
+            grid.reached_levels().into_iter().map(|(level, _)| level).collect::<Vec<_>>()
+        };
+        assert_eq!(levels(399.0), [200.0, 300.0]);
+        assert_eq!(levels(400.0), [200.0, 300.0, 400.0]);
+        assert_eq!(levels(f64::NAN), [0.0; 0]);
     }
 
     #[test]

@@ -33,7 +33,7 @@ use serde::Deserialize;
 use toml::de::{DeTable, Deserializer, ValueDeserializer};
 
 pub use camera::{CameraSpec, FisheyeSpec, OrthographicSpec, PanoramaSpec, PerspectiveSpec};
-pub use compare::CompareSpec;
+pub use compare::{CompareSpec, ExactProblem};
 pub use light::{DistributionSpec, LightSpec, Strength};
 pub use material::{CoatedSpec, LambertSpec, MaterialSpec, MetalSpec, MirrorSpec, MixtureSpec};
 pub use object::{

@@ -162,7 +162,7 @@ pub(super) const BAD_RELATIONS: &[Damage] = &[
     ("[objects.room", "[materials.mixed.mixture]\nof = { walls = 1.5, floor = -0.5 }\n[objects.room",
         "7:29: `floor` in [materials.mixed.mixture.of] must be between 0 and 1, found -0.5\n  help: write 0.01 for one per cent"),
     ("[objects.room", "[materials.a.mixture]\nof = { walls = 0.5, b = 0.5 }\n[materials.b.mixture]\nof = { walls = 0.5, floor = 0.5 }\n[objects.room",
-        "7:28: `b` is a mixture itself\n  help: name the materials it is mixed of, each with its share of the whole"),
+        "7:25: `b` is a mixture itself\n  help: name the materials it is mixed of, each with its share of the whole"),
     ("estimator = \"path\"", "camera = \"mian\"",
         "23:10: unknown camera `mian`\n  help: did you mean `main`?"),
     ("min = [0, 0, 0]", "min = [4, 0, 0]",
@@ -218,7 +218,7 @@ pub(super) const BAD_RELATIONS: &[Damage] = &[
     ("[render]", "[require]\ndesk = { uniformity_min = 2 }\n[render]",
         "23:27: `uniformity_min` in [require.desk] must be from 0 to 1, found 2"),
     ("[render]", "[compare]\ndesk = \"sobolew\"\n[render]",
-        "23:8: `desk` in [compare] must be \"sobolev\" or a list of illuminances, found \"sobolew\""),
+        "23:8: `desk` in [compare] must be \"sobolev\", \"discs\", \"sphere\", \"cap\", \"concentric\", \"cube\", \"furnace\", \"direct\" or a list of illuminances, found \"sobolew\""),
     ("on = \"room.z_min\"", "on = \"room.z_min\"\nborder = 2",
         "22:10: a border of 2 m leaves nothing of a surface 4 m wide\n  help: write less than 2"),
 ];

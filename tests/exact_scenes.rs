@@ -1,0 +1,158 @@
+//! Scenes that are problems with an exact answer, as files: what `[compare]` knows of each, and what the estimators make of it.
+//!
+//! Estimates use fixed seeds and judge all sensors of a scene together with a false-alarm rate of 1e-3 (`Estimate::agrees_with`).
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use common::{go_on, sensors};
+use harmolux::estimators::{SensorEstimator, Weighting, illuminance};
+use harmolux::exact::cie171;
+use harmolux::io::scene_file::SceneFile;
+use harmolux::scene::Sensor;
+use harmolux::study::{Loaded, known, load};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes")
+}
+
+/// A scene with what its sensors are known to receive, lx, group by group.
+fn read(name: &str) -> (Loaded, Vec<(String, Vec<f64>)>) {
+    let file = SceneFile::read(&folder().join(name), &[]).expect("a valid scene");
+    let loaded = load(&file).expect("loads");
+    assert!(loaded.warnings.is_empty(), "{name}: {:?}", loaded.warnings);
+    let known = loaded.sensors.iter().map(|group| {
+        let values =
+            known(&file, group).expect("the problem it names").expect("named in [compare]");
+        (group.name.clone(), values)
+    });
+    let known = known.collect();
+    (loaded, known)
+}
+
+/// The known values of a group.
+fn group(name: &str, group: &str) -> Vec<f64> {
+    let (_, known) = read(name);
+    known.into_iter().find(|(found, _)| found == group).expect("there").1
+}
+
+fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() <= tolerance * expected.abs(), "{found} {expected}");
+    }
+}
+
+/// Judges all sensors of a scene by both estimators.
+fn judge(name: &str, walks: u64) {
+    let (Loaded { scene, sensors: groups, .. }, known) = read(name);
+    let points: Vec<Sensor> = groups.iter().flat_map(|g| g.sensors.iter().copied()).collect();
+    let known: Vec<f64> = known.into_iter().flat_map(|(_, values)| values).collect();
+    for estimator in [SensorEstimator::Local(Weighting::of(&scene)), SensorEstimator::Path] {
+        let survey = illuminance(&scene, &points, &sensors(estimator, walks), &go_on);
+        let survey = survey.expect("runs");
+        for (i, (result, exact)) in survey.results.iter().zip(&known).enumerate() {
+            let total = result.total;
+            assert!(
+                total.agrees_with(*exact, 0.0, points.len()),
+                "{name}, {estimator:?}, sensor {i}: {total:?} against {exact}"
+            );
+            assert_eq!(result.spoilt, 0, "{name}, {estimator:?}, sensor {i}");
+            let largest = known.iter().copied().fold(0.0, f64::max);
+            assert!(
+                total.standard_error <= 0.02 * exact.max(0.1 * largest),
+                "too noisy to say anything: {name}, {estimator:?}, sensor {i}: {total:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_exact_scene_is_judged_here() {
+    let here = include_str!("exact_scenes.rs");
+    for entry in folder().join("exact").read_dir().expect("there") {
+        let name = entry.expect("readable").file_name().into_string().expect("plain");
+        assert!(here.contains(&format!("judge(\"exact/{name}\"")), "{name} is not judged");
+    }
+}
+
+#[test]
+fn sobolevs_planes_and_discs_agree() {
+    // Ends of the tables of the reference, printed to 12 and 10 digits.
+    let lower = group("exact/sobolev_b.toml", "lower");
+    assert_near(&[lower[0], lower[6]], &[2.472_169_062_193, 0.054_784_166_608], 1e-10);
+    let upper = group("exact/sobolev_b.toml", "upper");
+    assert_near(&[upper[0], upper[6]], &[11.745_207_517_055, 0.072_677_877_713], 1e-10);
+    let printed =
+        [4.528_121_985_8, 1.860_282_481_3, 0.653_434_536_7, 0.166_489_196_3, 0.062_140_203_6];
+    assert_near(&group("sobolev_discs.toml", "radius"), &printed, 1e-9);
+    let rim = group("exact/discs_rim.toml", "radius");
+    assert_near(&rim[..3], &[4.514_082_781_9, 1.845_390_249_1, 0.635_696_282_9], 1e-9);
+    judge("sobolev.toml", 1 << 14);
+    judge("sobolev_discs.toml", 1 << 16);
+    judge("exact/sobolev_b.toml", 1 << 16);
+    judge("exact/discs_rim.toml", 1 << 14);
+}
+
+#[test]
+fn spheres_agree() {
+    assert_near(&group("exact/sphere_glow.toml", "wall"), &[1000.0; 8], 1e-12);
+    let across = group("exact/hemisphere.toml", "across");
+    assert_near(&across, &[5.0 / 6.0; 4], 1e-12);
+    for of_cap in ["pole", "aslant", "low"] {
+        assert_near(&group("exact/hemisphere.toml", of_cap), &[25.0 / 24.0], 1e-12);
+    }
+    assert_near(&group("exact/concentric.toml", "lamp"), &[0.432_098_765_4; 4], 1e-9);
+    assert_near(&group("exact/concentric.toml", "wall"), &[0.617_283_950_6; 6], 1e-9);
+    judge("exact/sphere.toml", 1 << 12);
+    judge("exact/sphere_glow.toml", 1 << 12);
+    judge("exact/hemisphere.toml", 1 << 14);
+    judge("exact/concentric.toml", 1 << 13);
+}
+
+#[test]
+fn cube_agrees_at_all_seven_points() {
+    let printed = [310.981, 278.103, 253.230, 216.074, 161.07, 119.38, 106.45];
+    assert_near(&group("exact/cie171_5_8.toml", "floor"), &printed, 5e-5);
+    judge("exact/cie171_5_8.toml", 1 << 14);
+}
+
+#[test]
+fn direct_cases_of_cie_171_are_those_of_the_tables_and_agree() {
+    let table = |cases: Vec<cie171::Reading>, labels: &str| -> Vec<f64> {
+        cases.iter().filter(|r| labels.contains(r.label)).map(|r| r.value).collect()
+    };
+    let points = table(cie171::point_source(), "0123456789");
+    assert_near(&group("exact/cie171_5_2.toml", "plane"), &points, 1e-12);
+    for (scene, cases, rest) in [
+        ("exact/cie171_5_3.toml", cie171::area_source(), "floor"),
+        ("exact/cie171_5_6.toml", cie171::diffuse_reflection(), "ceiling"),
+        ("exact/cie171_5_7.toml", cie171::obstruction(), "floor"),
+    ] {
+        assert_near(&group(scene, "wall"), &table(cases.clone(), "ABCDEF"), 1e-11);
+        assert_near(&group(scene, rest), &table(cases, "GHIJKLMN"), 1e-11);
+    }
+    judge("exact/cie171_5_2.toml", 32);
+    judge("exact/cie171_5_3.toml", 1 << 14);
+    judge("exact/cie171_5_4.toml", 32);
+    judge("exact/cie171_5_6.toml", 1 << 13);
+    judge("exact/cie171_5_7.toml", 1 << 14);
+}
+
+#[test]
+fn flux_of_case_5_4_arrives() {
+    let (Loaded { scene, sensors: groups, .. }, _) = read("exact/cie171_5_4.toml");
+    let local = SensorEstimator::Local(Weighting::of(&scene));
+    let survey = illuminance(&scene, &groups[0].sensors, &sensors(local, 4096), &go_on);
+    let survey = survey.expect("runs");
+    assert!(survey.escaped <= 0.0, "{}", survey.escaped);
+    // 400 points spread evenly over six walls: each has some 1/400 of the area, off by one point a wall at most.
+    let mean = survey.results.iter().map(|r| r.total.mean).sum::<f64>() / 400.0;
+    assert!((mean / 125.0 - 1.0).abs() <= 0.02, "{mean}");
+}
+
+#[test]
+fn furnace_agrees_on_a_series_and_on_its_mesh() {
+    judge("exact/furnace.toml", 1 << 12);
+}
