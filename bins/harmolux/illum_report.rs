@@ -193,6 +193,12 @@ pub(crate) fn run(survey: &Survey) {
     if survey.escaped > 0.0 {
         say::warning(&format!("{} of the light left the scene", say::percent(survey.escaped)));
     }
+    if survey.caustic > 0.0 {
+        say::warning(&format!(
+            "{} of the light comes to surfaces from point lights by mirrors; what of it falls on a sensor is missing, since no ray finds a point in a mirror; give those lights a size: a sphere or a rectangle with an exitance",
+            say::percent(survey.caustic)
+        ));
+    }
     let spoilt: u64 = survey.results.iter().map(|r| r.spoilt).sum();
     if spoilt > 0 {
         say::warning(&format!(
@@ -220,6 +226,7 @@ pub(crate) fn json(table: &Table, groups: &[Group], survey: &Survey) -> Result<S
     });
     report["seconds"] = survey.elapsed.as_secs_f64().into();
     report["escaped_share"] = survey.escaped.into();
+    report["caustic_share"] = survey.caustic.into();
     report["ending"] = match survey.ending {
         Ending::Walks => "walks",
         Ending::Error => "relative_error",

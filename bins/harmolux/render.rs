@@ -189,6 +189,8 @@ fn settings(spec: &RenderSpec, scene: &Scene, common: &SceneArguments) -> ImageS
     ImageSettings {
         estimator: match spec.estimator {
             RenderEstimator::DoubleLocal => Estimator::DoubleLocal(Weighting::of(scene)),
+            RenderEstimator::DoubleLocalA => Estimator::DoubleLocal(Weighting::Walk),
+            RenderEstimator::DoubleLocalB => Estimator::DoubleLocal(Weighting::Gather),
             RenderEstimator::Path => Estimator::Path,
         },
         randomness: Randomness::Sobol,

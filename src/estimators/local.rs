@@ -11,7 +11,7 @@ use crate::math::stats::Estimate;
 use crate::math::{Randomness, Ray, Rgb, Stream, hash};
 use crate::scene::{Measured, Scene, Sensor, Vertex};
 
-use super::connect::{Batch, Connector, Light, Weighting};
+use super::connect::{Batch, Connector, Light};
 use super::direct;
 use super::flat_lights::Outlook;
 use super::path::PathTracer;
@@ -20,6 +20,7 @@ use super::radiosity::{self, Exchange, RadiositySettings};
 use super::receiver::Receiver;
 use super::replicates::{Control, Ending, Observer, REPLICATES, Stop, seed};
 use super::walk::{Launcher, Walked};
+use super::weighting::Weighting;
 
 /// Chooses how illuminance is estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,6 +64,9 @@ pub struct Survey {
     pub walks: u64,
     /// The share of the walks' flux that left an open scene; NaN where there are no walks of light to tell.
     pub escaped: f64,
+    /// The share of all flux that comes to surfaces from point lights by mirrors. A sensor gets none of that straight: no estimate finds a point in a
+    /// mirror. A light with an extent has no such share.
+    pub caustic: f64,
     /// The time it took.
     pub elapsed: Duration,
     /// How the patches exchanged light, by radiosity; then no result has a known error.
@@ -205,6 +209,7 @@ fn survey(
         ending,
         walks: done * REPLICATES as u64,
         escaped: escaped / (launcher.power() * (done * REPLICATES as u64) as f64),
+        caustic: launcher.caustic_share(settings.randomness, settings.seed),
         elapsed: control.elapsed(),
         radiosity: None,
     })

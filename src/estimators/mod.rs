@@ -14,8 +14,9 @@ mod radiosity;
 mod receiver;
 mod replicates;
 mod walk;
+mod weighting;
 
-pub use connect::{Light, Weighting};
+pub use connect::Light;
 pub use groups::{Bracket, GroupSummary};
 pub use image::{Estimator, ImageSettings, Rendering, render};
 pub use local::{SensorEstimator, SensorSettings, Survey, illuminance, luminance};
@@ -23,3 +24,4 @@ pub use radiosity::{Exchange, MAX_PATCHES, RadiositySettings};
 pub use receiver::Receiver;
 pub use replicates::{Ending, Observer, Progress, REPLICATES, Stop};
 pub use walk::{Launcher, Node};
+pub use weighting::Weighting;

@@ -3,9 +3,11 @@
 //! Q_n is the flux that arrives at hit y_n (Q_1 = Phi for one walk; averages over walks divide by their number). Whatever stands at y_n uses Q_n f
 //! G V; only then Q_(n+1) = Q_n f cos / pdf.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use crate::math::{Ray, Rgb, Stream, sampling};
+use rayon::prelude::*;
+
+use crate::math::{Randomness, Ray, Rgb, Stream, hash, sampling};
 use crate::scene::{Emitter, PointLight, Scene, Vertex};
 use crate::{Error, Result};
 
@@ -21,6 +23,8 @@ pub struct Node<'a> {
     pub flux: Rgb,
     /// For the start on an emitting surface: the density, 1/m2, with which walks start here. `None` at a hit.
     pub start_density: Option<f64>,
+    /// Whether the light came by mirrors from a point light, or from a node of which this holds: no ray backwards from here can find where it came from.
+    pub caustic: bool,
 }
 
 /// Holds a finished walk.
@@ -42,6 +46,10 @@ impl Walked<'_> {
 /// head room, where about half is reflected, this takes 0.6 of the time to a given error that roulette at every hit takes; starting one hit
 /// earlier or later takes a tenth more than this.
 const FAINT: f64 = 0.25;
+
+/// The walks that look for caustics, and the seed of their own.
+const WALKS_FOR_CAUSTICS: u64 = 4096;
+const CAUSTICS: u64 = 0xca;
 
 /// Starts walks on all lights of a scene, each in proportion to its power.
 pub struct Launcher<'a> {
@@ -102,6 +110,22 @@ impl<'a> Launcher<'a> {
         }
     }
 
+    /// Gives the share of all flux that comes to surfaces from point lights by mirrors, looked up by some thousand walks: a receiver gets none of it straight, since no ray
+    /// from there can find a point in a mirror. (From surfaces that emit it gets that, too.)
+    pub(super) fn caustic_share(&self, randomness: Randomness, seed: u64) -> f64 {
+        if !self.scene.has_mirrors() || self.scene.lights().is_empty() {
+            return 0.0;
+        }
+        let seed = hash([seed, CAUSTICS]);
+        let caustic = |index| -> f64 {
+            let walked = self.follow(&mut Stream::new(randomness, seed, index));
+            walked.nodes.iter().filter(|n| n.caustic).map(|n| n.flux.luminance()).sum()
+        };
+        let flux: f64 =
+            (0..WALKS_FOR_CAUSTICS).into_par_iter().map(caustic).collect::<Vec<_>>().iter().sum();
+        flux / (self.power() * WALKS_FOR_CAUSTICS as f64)
+    }
+
     /// Follows one walk, adds its nodes to `nodes` and returns the flux that escaped from the scene.
     pub fn walk(&self, stream: &mut Stream, nodes: &mut Vec<Node<'a>>) -> Rgb {
         self.run(stream, nodes).map_or(Rgb::BLACK, |(_, flux)| flux)
@@ -129,18 +153,27 @@ impl<'a> Launcher<'a> {
             }
         };
         let faint = FAINT * flux.luminance();
+        // Of what the light came from last that is no mirror: whether nothing finds it by a ray.
+        let mut hidden = matches!(self.sources[index], Source::Point(_));
+        let mut mirrored = false;
         loop {
             let Some(vertex) = self.scene.vertex(&ray) else { return Some((ray, flux)) };
-            nodes.push(Node { vertex, flux, start_density: None });
-            let [u, v, roulette, _] = stream.next_4d();
-            let sample = vertex.brdf().sample(vertex.normal, vertex.outgoing, [u, v])?;
-            let next = flux * sample.weight;
+            let caustic = hidden && mirrored;
+            nodes.push(Node { vertex, flux, start_density: None, caustic });
+            let [u, v, roulette, choice] = stream.next_4d();
+            let (direction, weight, by_mirror) = reflect(&vertex, [u, v], choice)?;
+            if by_mirror {
+                mirrored = true;
+            } else {
+                (hidden, mirrored) = (caustic, false);
+            }
+            let next = flux * weight;
             let survival = (next.luminance() / faint).min(1.0);
             if roulette >= survival {
                 return None;
             }
             flux = next / survival;
-            ray = vertex.hit.leave(sample.direction);
+            ray = vertex.hit.leave(direction);
         }
     }
 
@@ -160,6 +193,24 @@ impl<'a> Launcher<'a> {
             vertex,
             flux: exitance / density,
             start_density: Some(density),
+            caustic: false,
         })
+    }
+}
+
+/// Samples how light goes on from a vertex: the direction, the weight, and whether by a mirror.
+fn reflect(vertex: &Vertex, u: [f64; 2], choice: f64) -> Option<(DVec3, Rgb, bool)> {
+    let mirrored = vertex.mirrored();
+    let by_mirror = mirrored.map_or(0.0, |(_, reflectance)| {
+        reflectance.luminance() / (reflectance.luminance() + vertex.albedo())
+    });
+    match mirrored {
+        Some((direction, reflectance)) if choice < by_mirror => {
+            Some((direction, reflectance / by_mirror, true))
+        }
+        _ => {
+            let sample = vertex.brdf().sample(vertex.normal, vertex.outgoing, u)?;
+            Some((sample.direction, sample.weight / (1.0 - by_mirror), false))
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! What is lit and looked at: objects, materials, lights, cameras, sensors, the film.
 
+mod brdf;
 mod camera;
 mod film;
 mod filter;
@@ -8,17 +9,20 @@ mod index;
 mod layers;
 mod light;
 mod material;
+mod mixture;
 mod object;
 mod sensor;
 mod world;
 
+pub use brdf::{Brdf, BrdfSample};
 pub use camera::{Camera, FisheyeMapping, Projection, Window};
 pub use film::{Film, MAX_PIXELS, Pixel};
 pub use filter::Filter;
 pub use glossy::{Glossy, SMOOTHEST};
 pub use layers::{FirstHits, Layer};
 pub use light::{Distribution, PointLight};
-pub use material::{Brdf, BrdfSample, Material};
+pub use material::Material;
+pub use mixture::Mixture;
 pub use object::{Emitter, Object};
 pub use sensor::{Measure, Measured, Sensor};
 pub use world::{Scene, Vertex};

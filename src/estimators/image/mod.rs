@@ -9,9 +9,10 @@ use crate::math::{Randomness, Rgb};
 use crate::scene::{Camera, Film, Filter, Scene};
 
 use self::pass::{Pass, WALKS_PER_SAMPLE};
-use super::connect::{Light, Weighting};
+use super::connect::Light;
 use super::replicates::{Control, Ending, Observer, REPLICATES, Stop};
 use super::walk::Launcher;
+use super::weighting::Weighting;
 
 /// Chooses how the luminance of a pixel is estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,14 +6,15 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::math::{Rgb, Stream, hash};
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Scene, Vertex};
 
-use super::super::connect::{Batch, Connector, Light, Weighting};
+use super::super::connect::{Batch, Connector, Light, through_mirror};
 use super::super::direct;
 use super::super::path::PathTracer;
 use super::super::receiver::Receiver;
 use super::super::replicates::{REPLICATES, seed};
 use super::super::walk::{Launcher, Node};
+use super::super::weighting::Weighting;
 use super::{Estimator, ImageSettings};
 
 /// Walks (or paths) that share the eye ray of one sample: a block of Sobol points as large as this is stratified in itself.
@@ -104,7 +105,7 @@ impl<'a> Pass<'a> {
         cancelled.into_inner() && rows.into_inner() < height as usize
     }
 
-    /// Takes one sample of one pixel: an eye ray, and what the point it meets emits and reflects.
+    /// Takes one sample of one pixel: an eye ray, and what the point it meets emits and reflects; through mirrors it goes on to the next point.
     fn sample<'b>(
         &'b self,
         camera: &Camera,
@@ -113,30 +114,60 @@ impl<'a> Pass<'a> {
         pixel: u64,
         corner: DVec2,
     ) -> Light {
-        let stream = |purpose, index| {
-            let seed = hash([seed(self.settings.seed, self.replicate, purpose), pixel]);
-            Stream::new(self.settings.randomness, seed, index)
+        let seed = hash([seed(self.settings.seed, self.replicate, EYE), pixel]);
+        let mut stream = Stream::new(self.settings.randomness, seed, self.round);
+        let [u, v, mut roulette, _] = stream.next_4d();
+        let film = corner + 0.5 + self.settings.filter.sample([u, v]);
+        let Some(mut ray) = camera.ray(film) else { return Light::default() };
+        let (mut light, mut left) = (Light::default(), Rgb::WHITE);
+        for mirrors in 0.. {
+            let Some(vertex) = self.scene.vertex(&ray) else { break };
+            // Direct is what has been reflected once at most.
+            let emitted = left * vertex.emitted();
+            *(if mirrors < 2 { &mut light.direct } else { &mut light.indirect }) += emitted;
+            if vertex.albedo() > 0.0 {
+                let Light { direct, indirect } =
+                    self.reflected(tracer, batch, &vertex, [pixel, mirrors], &mut stream);
+                *(if mirrors < 1 { &mut light.direct } else { &mut light.indirect }) +=
+                    left * direct;
+                light.indirect += left * indirect;
+            }
+            let Some((direction, reflectance)) = vertex.mirrored() else { break };
+            let Some(rest) = through_mirror(left, reflectance, roulette) else { break };
+            left = rest;
+            ray = vertex.hit.leave(direction);
+            [roulette, ..] = stream.next_4d();
+        }
+        light
+    }
+
+    /// Estimates the luminance that a vertex reflects, but for what it mirrors, seen from a pixel through so many mirrors.
+    fn reflected<'b>(
+        &'b self,
+        tracer: &PathTracer,
+        batch: &mut Batch<'b>,
+        vertex: &Vertex<'b>,
+        [pixel, mirrors]: [u64; 2],
+        eye: &mut Stream,
+    ) -> Light {
+        let stream = |index| {
+            let own = hash([seed(self.settings.seed, self.replicate, GATHER), pixel]);
+            let own = if mirrors == 0 { own } else { hash([own, mirrors]) };
+            Stream::new(self.settings.randomness, own, index)
         };
-        let offset = self.settings.filter.sample(stream(EYE, self.round).next_2d());
-        let ray = camera.ray(corner + 0.5 + offset);
-        let Some(vertex) = ray.and_then(|ray| self.scene.vertex(&ray)) else {
-            return Light::default();
-        };
-        let receiver = Receiver::reflecting(&vertex);
-        let mut direct = vertex.emitted() + direct::point_lights(self.scene, &receiver);
+        let receiver = Receiver::reflecting(vertex);
+        let mut direct = direct::few_point_lights(self.scene, &receiver, eye);
         let indices =
             (0..WALKS_PER_SAMPLE as u64).map(|k| self.round * WALKS_PER_SAMPLE as u64 + k);
         let sampled: Light = match self.settings.estimator {
-            Estimator::Path => {
-                indices.map(|i| tracer.trace(&receiver, &mut stream(GATHER, i))).sum()
-            }
+            Estimator::Path => indices.map(|i| tracer.trace(&receiver, &mut stream(i))).sum(),
             Estimator::DoubleLocal(_) => {
                 let picked =
                     hash([seed(self.settings.seed, self.replicate, PICK), pixel, self.round]);
                 let block = picked as usize % BLOCKS_PER_PASS;
                 let walks = &self.walks[block * WALKS_PER_SAMPLE..];
                 let walks = walks.iter().map(Vec::as_slice);
-                let walks = walks.zip(indices.map(|i| stream(GATHER, i)));
+                let walks = walks.zip(indices.map(stream));
                 let outlook = self.connector.outlook(&receiver);
                 direct += outlook.light;
                 self.connector.estimate(batch, &receiver, &outlook, walks).sum()

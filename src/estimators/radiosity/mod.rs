@@ -107,6 +107,7 @@ pub(super) fn survey(
         ending: solution.ending,
         walks: solution.exchange.shots,
         escaped: f64::NAN,
+        caustic: 0.0,
         elapsed: control.elapsed(),
         radiosity: Some(solution.exchange),
     })

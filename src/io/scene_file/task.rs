@@ -89,9 +89,13 @@ impl Named for Filter {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RenderEstimator {
-    /// The double local estimate.
+    /// The double local estimate: strategies A and B and hits of emitters combined.
     #[default]
     DoubleLocal,
+    /// The double local estimate by strategy A alone: walk hits connected to the visible point.
+    DoubleLocalA,
+    /// The double local estimate by strategy B alone: walk hits connected to a sampled intermediate point.
+    DoubleLocalB,
     /// Backward path tracing.
     Path,
 }
