@@ -7,12 +7,18 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use common::{furnace, go_on, image, room};
+use common::{furnace, go_on, grey, image, room, sensors};
 use glam::DVec3;
 use harmolux::Result;
-use harmolux::estimators::{Estimator, ImageSettings, Weighting, render};
+use harmolux::estimators::{
+    Estimator, ImageSettings, SensorEstimator, Weighting, illuminance, render,
+};
 use harmolux::io::images::{Attribute, Exr};
-use harmolux::scene::{Camera, Filter, FisheyeMapping, Material, Object, Scene, Window};
+use harmolux::math::Rgb;
+use harmolux::scene::{
+    Camera, Distribution, Filter, FisheyeMapping, Material, Measured, Object, PointLight, Scene,
+    Sensor, Window,
+};
 use harmolux::surface::primitives::{AxisBox, Sphere};
 
 const EYE: DVec3 = DVec3::new(0.7, 0.6, 1.7);
@@ -101,6 +107,35 @@ fn crop_is_the_same_pixels_to_the_bit() {
             assert_eq!((*pixel, error), (all[at], errors[at]), "{} {k}", camera.kind());
         }
     }
+}
+
+/// The orthographic fisheye is the hemisphere projected on the plane of a luxmeter: pi times the mean luminance over its circle is the illuminance that
+/// surfaces give there. A false alarm (five standard errors) once in 2 million.
+#[test]
+fn hemispherical_picture_adds_up_to_the_illuminance_at_the_eye() {
+    let walls = [0.2, 0.3, 0.4, 0.5, 0.6, 0.7].map(grey);
+    let objects = vec![room(DVec3::new(4.0, 5.0, 3.0), &walls)];
+    let lamp = PointLight {
+        name: "lamp".to_owned(),
+        at: DVec3::new(1.0, 1.0, 2.5),
+        intensity: Rgb::grey(100.0),
+        distribution: Distribution::Isotropic,
+    };
+    let scene = Scene::new(objects, vec![lamp]).expect("valid");
+    let sensor = Sensor::plane(EYE, (TO - EYE).normalize());
+    let estimator = SensorEstimator::Local(Weighting::of(&scene));
+    let lit = illuminance(&scene, &[sensor], &sensors(estimator, 1 << 14), &go_on).expect("runs");
+    let Measured { total, direct, .. } = lit.results[0];
+    let mapping = FisheyeMapping::Orthographic;
+    let camera = Camera::fisheye(EYE, TO, mapping, PI, [24, 24]).expect("valid");
+    // With the box filter no sample counts for the outside of the square, of which the circle is pi / 4.
+    let film =
+        render(&scene, &camera, &settings(&scene, Filter::Box, 128), &go_on).expect("renders").film;
+    let (mean, error) = film.mean();
+    let seen = 4.0 * mean;
+    let tolerance = 5.0 * total.standard_error.hypot(4.0 * error);
+    assert!((seen - (total.mean - direct.mean)).abs() <= tolerance, "{seen} {total:?} {direct:?}");
+    assert!(tolerance <= 0.05 * seen, "{tolerance} {seen}");
 }
 
 const ROOM: &str = r#"format = 1
