@@ -170,7 +170,7 @@ mapping = "equisolid"
 resolution = [16, 16]
 [cameras.around.panorama]
 from = [2, 0.25, 1.6]
-resolution = [16, 8]
+resolution = [32, 16]
 [render]
 seed = 1
 camera = "main"
@@ -213,9 +213,10 @@ fn pictures_of_every_camera_have_layers_metadata_and_false_colours() {
         let [id, depth, luminance] = ["id.Y", "depth.Z", "Y"].map(channel);
         assert!(id.contains(&1.0) && id.contains(&2.0), "{name}");
         for ((id, depth), luminance) in id.iter().zip(depth).zip(luminance) {
-            // Outside the circle of a fisheye there is nothing; pixels on its rim have something and no middle.
+            // Outside the circle of a fisheye there is nothing; on its rim the few samples of a pixel may all miss.
             assert_eq!(*id == 0.0, depth.is_infinite());
-            assert!(*id == 0.0 || (*luminance > 0.0 && *depth < 7.1));
+            assert!(*id == 0.0 || *depth < 7.1, "{depth}");
+            assert!(*luminance > 0.0 || name == "glare", "{name}: {id} {depth}");
         }
         assert_eq!(id.contains(&0.0), name == "glare");
         let [x, y, z] = ["normal.X", "normal.Y", "normal.Z"].map(channel);
