@@ -115,17 +115,19 @@ impl FirstHits<'_> {
     }
 }
 
-/// Gives the reflected part of white light, in its colours: of a diffuse surface its reflectance; of others the mean over a few directions, with the
-/// exact luminance.
+/// Gives the reflected part of white light, in its colours: of a diffuse surface its reflectance; of others what they mirror, and of the rest the mean
+/// over a few directions, with the exact luminance.
 fn reflected(vertex: &Vertex) -> Rgb {
-    if let Brdf::Lambert { reflectance } = vertex.brdf() {
+    let brdf = vertex.brdf();
+    if let Brdf::Lambert { reflectance } = brdf {
         return *reflectance;
     }
     let ways = (1..=SAMPLES * SAMPLES).map(lattice);
-    let ways = ways.filter_map(|u| vertex.brdf().sample(vertex.normal, vertex.outgoing, u));
+    let ways = ways.filter_map(|u| brdf.sample(vertex.normal, vertex.outgoing, u));
     let mean = ways.map(|way| way.weight).sum::<Rgb>();
     let luminance = mean.luminance();
-    if luminance > 0.0 { mean * (vertex.albedo() / luminance) } else { Rgb::BLACK }
+    let rest = if luminance > 0.0 { mean * (vertex.albedo() / luminance) } else { Rgb::BLACK };
+    brdf.mirror() + rest
 }
 
 /// Gives the k-th point of the plastic lattice of the unit square: any few of them are spread evenly.

@@ -127,8 +127,8 @@ impl<'a> Pass<'a> {
         let seed = hash([seed(self.settings.seed, self.replicate, EYE), pixel]);
         let mut stream = Stream::new(self.settings.randomness, seed, self.round);
         let [u, v, mut roulette, _] = stream.next_4d();
-        let offset = self.settings.filter.sample([u, v]);
-        let Some(mut ray) = camera.ray(corner + 0.5 + offset) else { return Light::default() };
+        let film = corner + 0.5 + self.settings.filter.sample([u, v]);
+        let Some(mut ray) = camera.ray(film) else { return Light::default() };
         let (mut light, mut left) = (Light::default(), Rgb::WHITE);
         for mirrors in 0.. {
             let Some(vertex) = self.scene.vertex(&ray) else { break };
