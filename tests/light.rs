@@ -6,38 +6,17 @@ mod common;
 
 use std::f64::consts::PI;
 
+use common::films::{assert_alike, assert_flat};
 use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors, sphere_mesh};
 use glam::DVec3;
 use harmolux::estimators::{
     Ending, Estimator, SensorEstimator, Stop, Weighting, illuminance, luminance, render,
 };
 use harmolux::exact::{Cube, Plane as SobolevPlane, SobolevProblem};
-use harmolux::math::stats::Estimate;
 use harmolux::math::{Randomness, Ray, Rgb};
-use harmolux::scene::{
-    Distribution, Film, Glossy, Material, Measure, Object, PointLight, Scene, Sensor,
-};
+use harmolux::scene::{Distribution, Glossy, Material, Measure, Object, PointLight, Scene, Sensor};
 use harmolux::surface::MeshSurface;
 use harmolux::surface::primitives::{Plane, Sphere};
-
-/// Judges every pixel against one luminance, and the image mean.
-fn assert_flat(film: &Film, expected: f64) {
-    let n = film.size()[0] * film.size()[1];
-    let values = film.image().into_iter().zip(film.standard_errors());
-    for (i, (pixel, se)) in values.enumerate() {
-        let estimate =
-            Estimate { mean: pixel.luminance(), standard_error: se, replicates: film.replicates() };
-        assert!(estimate.agrees_with(expected, 0.0, n + 1), "pixel {i}: {estimate:?}");
-    }
-    let (mean, standard_error) = film.mean();
-    let mean = Estimate { mean, standard_error, replicates: film.replicates() };
-    // Replicate sums are kept in f32: 1e-7 of the value.
-    assert!(
-        (mean.mean - expected).abs() <= 6.0 * standard_error + 1e-6 * expected,
-        "mean {mean:?}"
-    );
-    assert!(standard_error <= 0.01 * expected, "too noisy to say anything: {mean:?}");
-}
 
 /// Furnace scenes: a closed room around an object, everything emitting pi L0 (1 - rho), all reflectances different.
 fn furnace_scene(l0: f64, object: fn(f64) -> Object) -> Scene {
@@ -162,27 +141,6 @@ fn glossy_bodies_look_and_light_the_same_by_both_estimators() {
     let by_walks = film(Estimator::DoubleLocal(local), 512);
     let by_paths = film(Estimator::Path, 2048);
     assert_alike(&by_walks, &by_paths);
-}
-
-/// Judges each pixel of two films against the other's, and their means.
-fn assert_alike(one: &Film, other: &Film) {
-    let pixels = |film: &Film| -> Vec<Estimate> {
-        let values = film.image().into_iter().zip(film.standard_errors());
-        let estimate = |(c, standard_error): (Rgb, f64)| Estimate {
-            mean: c.luminance(),
-            standard_error,
-            replicates: film.replicates(),
-        };
-        values.map(estimate).collect()
-    };
-    let pairs = pixels(one).into_iter().zip(pixels(other));
-    let n = one.size()[0] * one.size()[1];
-    for (i, (a, b)) in pairs.enumerate() {
-        assert!(a.agrees_with(b.mean, b.standard_error, n), "pixel {i}: {a:?} against {b:?}");
-    }
-    let (a, b) = (one.mean(), other.mean());
-    assert!((a.0 - b.0).abs() <= 4.0 * a.1.hypot(b.1), "means {a:?} and {b:?}");
-    assert!(a.1.hypot(b.1) <= 0.01 * a.0, "too noisy to say anything: {a:?} {b:?}");
 }
 
 fn sobolev() -> (Scene, SobolevProblem) {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use harmolux::Result;
-use harmolux::estimators::{Estimator, ImageSettings, Rendering};
+use harmolux::estimators::{Estimator, ImageSettings, Rendering, Weighting};
 use harmolux::io::images::{Exr, png};
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::{RenderSpec, SceneFile};
@@ -61,7 +61,9 @@ fn encode_exr(
     let film = &rendering.film;
     let [width, height] = film.size();
     let estimator = match settings.estimator {
-        Estimator::DoubleLocal(_) => "double-local",
+        Estimator::DoubleLocal(Weighting::Walk) => "double-local-a",
+        Estimator::DoubleLocal(Weighting::Gather) => "double-local-b",
+        Estimator::DoubleLocal(Weighting::Bounded { .. }) => "double-local",
         Estimator::Path => "path",
     };
     let scene = file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();

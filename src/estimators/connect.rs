@@ -8,6 +8,9 @@
 //! What c depends on is K = pi pdf cos' / d^2, pi times the density per area with which the gathering ray finds y: the kernel G = cos cos' / d^2 for a sensor
 //! or a diffuse surface, more in the highlights of a glossy one. With c K s bounded, s = [`Brdf::peak`](crate::scene::Brdf::peak) at y, the variance is finite.
 //!
+//! Through mirrors nothing can be connected. A gathering ray that meets one goes on from there, and what it finds then is its alone (c = 0); only light of a
+//! point that came by mirrors cannot be found so, and the connection has all of it (c = 1, [`Node::caustic`]).
+//!
 //! Many estimates are made together, level of the recursion after level, so that rays come by batches: first the shadow rays of all
 //! connections of the level, then its gathering rays; what they find are the estimates of the next level, which are added to those they
 //! belong to at the end. Every estimate has a stream of its own, so its numbers do not depend on its company.
@@ -19,92 +22,13 @@ use crate::math::{Ray, Rgb, Stream};
 use crate::scene::{BrdfSample, Scene, Vertex};
 use crate::surface::Hit;
 
+pub(super) use crate::scene::Light;
+
 use super::direct;
 use super::flat_lights::Outlook;
 use super::receiver::Receiver;
 use super::walk::{Launcher, Node};
-
-/// Divides light between connections to walks (share c) and gathering rays (share 1 - c), as a function of the kernel K in 1/m2.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Weighting {
-    /// The paper's plain estimate: all by connection, c = 1; its variance is unbounded near edges.
-    Walk,
-    /// The bounded kernel, c = min(1, b / (K s)), s the peak of the reflection there.
-    Bounded {
-        /// The largest K s that is connected in full, 1/m2.
-        bound: f64,
-    },
-}
-
-impl Weighting {
-    /// Takes the default of the crate for a scene: the bounded kernel with b = 20 / total area. Of 5, 10, 20, 40, 80 and 200 it takes the least time to a given
-    /// error in two rooms, or as good as the least (80 takes 1.1 to 2.4 times, 5 takes 2.4 to 2.9 times as much), and 2 to 5 times the least between discs.
-    pub fn of(scene: &Scene) -> Self {
-        if scene.area() > 0.0 { Self::Bounded { bound: 20.0 / scene.area() } } else { Self::Walk }
-    }
-
-    /// Gives the share of the connection to a hit of a walk.
-    fn share(&self, kernel: f64, peak: f64) -> f64 {
-        match *self {
-            Self::Walk => 1.0,
-            Self::Bounded { bound } => (bound / (kernel * peak)).min(1.0),
-        }
-    }
-
-    /// Gives the share of the connection to a walk's start, which has a known density p: the balance heuristic between that and the density of the
-    /// gathering ray, c = pi p / (pi p + K).
-    fn start_share(&self, kernel: f64, density: f64) -> f64 {
-        match self {
-            Self::Walk => 1.0,
-            Self::Bounded { .. } => PI * density / (PI * density + kernel),
-        }
-    }
-
-    /// Tells how far a gathering ray can find anything that the connection leaves to it: emission at any distance, diffuse reflection only where the kernel is
-    /// cut.
-    fn reach(&self, scene: &Scene) -> f64 {
-        match self {
-            Self::Walk => 0.0,
-            Self::Bounded { bound } if scene.emitters().is_empty() && scene.is_diffuse() => {
-                bound.sqrt().recip()
-            }
-            Self::Bounded { .. } => f64::INFINITY,
-        }
-    }
-}
-
-/// Separates what came straight from a source from what was reflected before.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Light {
-    /// Straight from lights and emitting surfaces.
-    pub direct: Rgb,
-    /// After at least one reflection.
-    pub indirect: Rgb,
-}
-
-impl Light {
-    /// Gives both together.
-    pub fn total(&self) -> Rgb {
-        self.direct + self.indirect
-    }
-}
-
-impl std::iter::Sum for Light {
-    fn sum<I: Iterator<Item = Self>>(lights: I) -> Self {
-        lights.fold(Self::default(), |sum, light| Self {
-            direct: sum.direct + light.direct,
-            indirect: sum.indirect + light.indirect,
-        })
-    }
-}
-
-impl std::ops::Div<f64> for Light {
-    type Output = Self;
-
-    fn div(self, divisor: f64) -> Self {
-        Self { direct: self.direct / divisor, indirect: self.indirect / divisor }
-    }
-}
+use super::weighting::Weighting;
 
 /// Connects walks to receivers in a scene under a weighting.
 pub(super) struct Connector<'a> {
@@ -162,11 +86,23 @@ enum Source {
     Reflection,
 }
 
-/// A gathering ray's sample and the number that decides whether it goes on.
+/// A gathering ray's sample and the number that decides whether an estimate is made where it ends.
 struct Gathered {
     to: usize,
     sample: BrdfSample,
     roulette: f64,
+    /// What mirrors have left of the light, where it has met any.
+    mirrored: Option<Rgb>,
+}
+
+/// The part left by mirrors below which a gathering ray, or one from the eye, plays Russian roulette at each further one.
+const FAINT: f64 = 0.25;
+
+/// Gives what is left of the light along a ray after one more mirror, unless roulette ends it.
+pub(super) fn through_mirror(left: Rgb, reflectance: Rgb, roulette: f64) -> Option<Rgb> {
+    let left = left * reflectance;
+    let survival = (left.luminance() / FAINT).min(1.0);
+    (roulette < survival).then(|| left / survival)
 }
 
 impl<'a> Connector<'a> {
@@ -208,17 +144,18 @@ impl<'a> Connector<'a> {
         batch.rays.clear();
         batch.connections.clear();
         for to in level {
-            let Estimate { receiver, walk, beyond, .. } = &batch.estimates[to];
+            let Estimate { receiver, walk, beyond, stream, .. } = &mut batch.estimates[to];
             let mut add = |source, known, (ray, light)| {
                 batch.rays.push(ray);
                 batch.connections.push(Connection { to, light, source, known });
             };
             if beyond.is_some() {
-                direct::connections(self.scene, receiver)
-                    .for_each(|c| add(Source::PointLight, 0.0, c));
+                direct::few_connections(self.scene, receiver, stream, |connection| {
+                    add(Source::PointLight, 0.0, connection);
+                });
             }
-            for node in *walk {
-                let connection = self.connection(receiver, node);
+            for node in walk.iter() {
+                let connection = self.connection(receiver, node, beyond.is_none());
                 let (source, known) = match node.start_density {
                     None => (Source::Reflection, 0.0),
                     Some(_) => (Source::Start, share(outlook, node.vertex.object)),
@@ -241,7 +178,7 @@ impl<'a> Connector<'a> {
 
     /// Gives the light that an unhindered connection to a node carries, its share of Q f W V cos' / d^2, and the ray on which nothing may stand;
     /// `None` where there is no such light.
-    fn connection(&self, receiver: &Receiver, node: &Node) -> Option<(Ray, Rgb)> {
+    fn connection(&self, receiver: &Receiver, node: &Node, first: bool) -> Option<(Ray, Rgb)> {
         let to_node = node.vertex.hit.point - receiver.hit.point;
         // What is at one point, too, is turned away from.
         if node.vertex.normal.dot(to_node) >= 0.0 || receiver.turns_away(to_node) {
@@ -260,10 +197,11 @@ impl<'a> Connector<'a> {
         } else {
             let Vertex { normal, outgoing, .. } = node.vertex;
             let brdf = node.vertex.brdf();
-            let peak = brdf.peak(normal, -direction);
-            (brdf.eval(normal, outgoing, -direction), self.weighting.share(kernel, peak))
+            let leaving = brdf.eval(normal, outgoing, -direction);
+            let share = || self.weighting.share(first, kernel, brdf.peak(normal, -direction));
+            (leaving, if node.caustic { 1.0 } else { share() })
         };
-        if leaving.is_black() {
+        if share == 0.0 || leaving.is_black() {
             return None;
         }
         let ray = receiver.hit.segment(&node.vertex.hit, direction)?;
@@ -272,7 +210,8 @@ impl<'a> Connector<'a> {
 
     /// Gathers, by one ray for each estimate of a level, what the connections leave; where it goes on, there is an estimate of the next level.
     fn gather(&self, batch: &mut Batch<'a>, level: Range<usize>, outlook: Option<&Outlook>) {
-        if self.weighting == Weighting::Walk {
+        let mirrors = self.scene.has_mirrors();
+        if !mirrors && !self.weighting.gathers(level.start == 0) {
             return;
         }
         let reach = self.weighting.reach(self.scene);
@@ -283,24 +222,55 @@ impl<'a> Connector<'a> {
             let [u, v, roulette, _] = stream.next_4d();
             let Some(sample) = receiver.sample([u, v]) else { continue };
             batch.rays.push(receiver.hit.leave(sample.direction).up_to(reach));
-            batch.gathered.push(Gathered { to, sample, roulette });
+            batch.gathered.push(Gathered { to, sample, roulette, mirrored: None });
         }
-        batch.hits.clear();
-        batch.hits.resize(batch.rays.len(), None);
-        self.scene.hits(&batch.rays, &mut batch.hits);
-        for (gathered, hit) in batch.gathered.iter().zip(&batch.hits) {
-            let object = hit.as_ref().map(|(object, _)| *object);
-            let from = &mut batch.estimates[gathered.to];
-            let flat_lights = outlook.iter().flat_map(|o| o.objects());
-            for (light, known) in flat_lights.filter(|(light, _)| Some(*light) != object) {
-                from.light.direct += self.hidden(&from.receiver, gathered, light) * -known;
+        while !batch.rays.is_empty() {
+            batch.hits.clear();
+            batch.hits.resize(batch.rays.len(), None);
+            self.scene.hits(&batch.rays, &mut batch.hits);
+            batch.rays.clear();
+            let (gathered, hits) =
+                (std::mem::take(&mut batch.gathered), std::mem::take(&mut batch.hits));
+            for (gathered, hit) in gathered.iter().zip(&hits) {
+                self.take_up(batch, gathered, hit.as_ref(), outlook);
             }
-            let Some((object, hit)) = hit else { continue };
-            let vertex = self.scene.refined_vertex(*object, hit, -gathered.sample.direction);
-            let unknown = 1.0 - share(outlook, *object);
-            let estimate = self.look(from, gathered, &vertex, unknown);
-            batch.estimates.extend(estimate);
+            batch.hits = hits;
+            if batch.rays.is_empty() {
+                batch.gathered = gathered;
+            }
         }
+    }
+
+    /// Takes up what a gathering ray has met: its light, an estimate there, and the ray that a mirror sends on.
+    fn take_up(
+        &self,
+        batch: &mut Batch<'a>,
+        gathered: &Gathered,
+        hit: Option<&(usize, Hit)>,
+        outlook: Option<&Outlook>,
+    ) {
+        let from = &mut batch.estimates[gathered.to];
+        // What is known of flat lights is what they send here straight.
+        let outlook = outlook.filter(|_| gathered.mirrored.is_none());
+        let flat_lights = outlook.iter().flat_map(|o| o.objects());
+        for (light, known) in flat_lights.filter(|(light, _)| Some(*light) != hit.map(|h| h.0)) {
+            from.light.direct += self.hidden(&from.receiver, gathered, light) * -known;
+        }
+        let Some((object, hit)) = hit else { return };
+        let vertex = self.scene.refined_vertex(*object, hit, -gathered.sample.direction);
+        let unknown = 1.0 - share(outlook, *object);
+        let estimate = self.look(from, gathered, &vertex, unknown);
+        if let Some((direction, reflectance)) = vertex.mirrored() {
+            let left = gathered.mirrored.unwrap_or(Rgb::WHITE);
+            let [roulette, next_roulette, ..] = from.stream.next_4d();
+            if let Some(left) = through_mirror(left, reflectance, roulette) {
+                let sample = BrdfSample { direction, ..gathered.sample };
+                let (to, roulette, mirrored) = (gathered.to, next_roulette, Some(left));
+                batch.rays.push(vertex.hit.leave(direction));
+                batch.gathered.push(Gathered { to, sample, roulette, mirrored });
+            }
+        }
+        batch.estimates.extend(estimate);
     }
 
     /// Gives the light that a gathering ray would see at an object that emits, if nothing hid it.
@@ -320,6 +290,9 @@ impl<'a> Connector<'a> {
         if emitted.is_black() {
             return emitted;
         }
+        if let Some(left) = gathered.mirrored {
+            return gathered.sample.weight * left * emitted;
+        }
         let kernel = kernel(receiver, gathered, vertex);
         let share = self.weighting.start_share(kernel, self.launcher.start_density(vertex));
         gathered.sample.weight * emitted * (1.0 - share)
@@ -333,17 +306,23 @@ impl<'a> Connector<'a> {
         vertex: &Vertex<'a>,
         unknown: f64,
     ) -> Option<Estimate<'a>> {
-        let weight = gathered.sample.weight;
         if vertex.normal.dot(vertex.outgoing) <= 0.0 {
             return None;
         }
-        from.light.direct += self.emission(&from.receiver, gathered, vertex) * unknown;
-        let kernel = kernel(&from.receiver, gathered, vertex);
-        let peak = vertex.brdf().peak(vertex.normal, vertex.outgoing);
-        let rest = 1.0 - self.weighting.share(kernel, peak);
+        let emission = self.emission(&from.receiver, gathered, vertex) * unknown;
+        let (light, rest) = if gathered.mirrored.is_some() {
+            (&mut from.light.indirect, 1.0)
+        } else {
+            let kernel = kernel(&from.receiver, gathered, vertex);
+            let peak = vertex.brdf().peak(vertex.normal, vertex.outgoing);
+            let share = self.weighting.share(from.beyond.is_none(), kernel, peak);
+            (&mut from.light.direct, 1.0 - share)
+        };
+        *light += emission;
         // Roulette on what the vertex can return at most ends the recursion without bias.
         let survival = (rest * vertex.albedo()).min(1.0);
         (survival > 0.0 && gathered.roulette < survival).then(|| {
+            let weight = gathered.sample.weight * gathered.mirrored.unwrap_or(Rgb::WHITE);
             let share = rest / survival;
             let beyond = Beyond { of: gathered.to, weight, share, point_lights: Rgb::BLACK };
             let there = Receiver::reflecting(vertex);

@@ -11,7 +11,7 @@ use crate::math::stats::Estimate;
 use crate::math::{Randomness, Ray, Rgb, Stream, hash};
 use crate::scene::{Measured, Scene, Sensor, Vertex};
 
-use super::connect::{Batch, Connector, Light, Weighting};
+use super::connect::{Batch, Connector, Light};
 use super::direct;
 use super::flat_lights::Outlook;
 use super::path::PathTracer;
@@ -20,6 +20,7 @@ use super::radiosity::{self, Exchange, RadiositySettings};
 use super::receiver::Receiver;
 use super::replicates::{Control, Ending, Observer, REPLICATES, Stop, seed};
 use super::walk::{Launcher, Walked};
+use super::weighting::Weighting;
 
 /// Chooses how illuminance is estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -37,22 +37,44 @@ impl<'a> PathTracer<'a> {
         let mut throughput = Rgb::WHITE;
         let mut reflected = false;
         loop {
-            let [u, v, roulette, _] = stream.next_4d();
+            let [u, v, mut roulette, mut choice] = stream.next_4d();
             let Some(sample) = here.sample([u, v]) else { return light };
-            let Some(vertex) = self.scene.vertex(&here.hit.leave(sample.direction)) else {
+            let Some(mut vertex) = self.scene.vertex(&here.hit.leave(sample.direction)) else {
                 return light;
             };
             throughput *= sample.weight;
             let met = throughput * self.met_emitter(&here, &vertex, &sample);
             *(if reflected { &mut light.indirect } else { &mut light.direct }) += met;
             reflected = true;
-            let survival = vertex.albedo().min(1.0);
-            if roulette >= survival {
-                return light;
+            // Through mirrors to what reflects otherwise.
+            loop {
+                let albedo = vertex.albedo();
+                let mirrored = vertex.mirrored();
+                let by_mirror = mirrored.map_or(0.0, |(_, reflectance)| reflectance.luminance());
+                let survival = (albedo + by_mirror).min(1.0);
+                if roulette >= survival {
+                    return light;
+                }
+                throughput = throughput / survival;
+                let by_mirror = by_mirror / (albedo + by_mirror);
+                match mirrored {
+                    Some((direction, reflectance)) if choice < by_mirror => {
+                        throughput = throughput * reflectance / by_mirror;
+                        let ray = vertex.hit.leave(direction);
+                        let Some(next) = self.scene.vertex(&ray) else { return light };
+                        vertex = next;
+                        light.indirect += throughput * vertex.emitted();
+                        [roulette, choice, ..] = stream.next_4d();
+                    }
+                    _ => {
+                        throughput = throughput / (1.0 - by_mirror);
+                        break;
+                    }
+                }
             }
-            throughput = throughput / survival;
             here = Receiver::reflecting(&vertex);
-            light.indirect += throughput * direct::point_lights(self.scene, &here);
+            let lamps = direct::few_point_lights(self.scene, &here, stream);
+            light.indirect += throughput * lamps;
             light.indirect += throughput * self.sampled_emitter(&here, stream);
         }
     }

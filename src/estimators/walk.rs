@@ -3,7 +3,7 @@
 //! Q_n is the flux that arrives at hit y_n (Q_1 = Phi for one walk; averages over walks divide by their number). Whatever stands at y_n uses Q_n f
 //! G V; only then Q_(n+1) = Q_n f cos / pdf.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::math::{Ray, Rgb, Stream, sampling};
 use crate::scene::{Emitter, PointLight, Scene, Vertex};
@@ -21,6 +21,8 @@ pub struct Node<'a> {
     pub flux: Rgb,
     /// For the start on an emitting surface: the density, 1/m2, with which walks start here. `None` at a hit.
     pub start_density: Option<f64>,
+    /// Whether the light came by mirrors from a point light, or from a node of which this holds: no ray backwards from here can find where it came from.
+    pub caustic: bool,
 }
 
 /// Holds a finished walk.
@@ -129,18 +131,27 @@ impl<'a> Launcher<'a> {
             }
         };
         let faint = FAINT * flux.luminance();
+        // Of what the light came from last that is no mirror: whether nothing finds it by a ray.
+        let mut hidden = matches!(self.sources[index], Source::Point(_));
+        let mut mirrored = false;
         loop {
             let Some(vertex) = self.scene.vertex(&ray) else { return Some((ray, flux)) };
-            nodes.push(Node { vertex, flux, start_density: None });
-            let [u, v, roulette, _] = stream.next_4d();
-            let sample = vertex.brdf().sample(vertex.normal, vertex.outgoing, [u, v])?;
-            let next = flux * sample.weight;
+            let caustic = hidden && mirrored;
+            nodes.push(Node { vertex, flux, start_density: None, caustic });
+            let [u, v, roulette, choice] = stream.next_4d();
+            let (direction, weight, by_mirror) = reflect(&vertex, [u, v], choice)?;
+            if by_mirror {
+                mirrored = true;
+            } else {
+                (hidden, mirrored) = (caustic, false);
+            }
+            let next = flux * weight;
             let survival = (next.luminance() / faint).min(1.0);
             if roulette >= survival {
                 return None;
             }
             flux = next / survival;
-            ray = vertex.hit.leave(sample.direction);
+            ray = vertex.hit.leave(direction);
         }
     }
 
@@ -160,6 +171,24 @@ impl<'a> Launcher<'a> {
             vertex,
             flux: exitance / density,
             start_density: Some(density),
+            caustic: false,
         })
+    }
+}
+
+/// Samples how light goes on from a vertex: the direction, the weight, and whether by a mirror.
+fn reflect(vertex: &Vertex, u: [f64; 2], choice: f64) -> Option<(DVec3, Rgb, bool)> {
+    let mirrored = vertex.mirrored();
+    let by_mirror = mirrored.map_or(0.0, |(_, reflectance)| {
+        reflectance.luminance() / (reflectance.luminance() + vertex.albedo())
+    });
+    match mirrored {
+        Some((direction, reflectance)) if choice < by_mirror => {
+            Some((direction, reflectance / by_mirror, true))
+        }
+        _ => {
+            let sample = vertex.brdf().sample(vertex.normal, vertex.outgoing, u)?;
+            Some((sample.direction, sample.weight / (1.0 - by_mirror), false))
+        }
     }
 }

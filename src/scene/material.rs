@@ -1,14 +1,13 @@
-//! How a surface reflects and emits: evaluation, sampling and density always as a set.
+//! Materials: how a surface reflects, and what it emits.
 
-use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::DVec3;
-
-use crate::math::{Frame, Rgb, sampling};
+use crate::math::Rgb;
 use crate::{Error, Result};
 
+use super::brdf::Brdf;
 use super::glossy::Glossy;
+use super::mixture::Mixture;
 
 /// Pairs a reflection with a Lambertian emission.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,30 +16,6 @@ pub struct Material {
     pub brdf: Brdf,
     /// The exitance of the surface by itself, lm/m2, leaving on the side of the normal; its luminance is exitance / pi.
     pub exitance: Rgb,
-}
-
-/// A bidirectional reflectance distribution function, 1/sr. Directions point away from the surface; the normal is on the side of
-/// `outgoing`, so nothing passes through.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Brdf {
-    /// Diffuse reflection: f = reflectance / pi.
-    Lambert {
-        /// The reflected share of the incident flux, 0 <= reflectance < 1 per component.
-        reflectance: Rgb,
-    },
-    /// Glossy reflection, of a metal or of a coat above a diffuse base.
-    Glossy(Arc<Glossy>),
-}
-
-/// Holds a sampled direction of reflection.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BrdfSample {
-    /// Where the path goes on (unit, away from the surface).
-    pub direction: DVec3,
-    /// f cos / density.
-    pub weight: Rgb,
-    /// The density per steradian.
-    pub density: f64,
 }
 
 impl Material {
@@ -56,6 +31,26 @@ impl Material {
     /// Makes a glossy material that does not emit.
     pub fn glossy(surface: Glossy) -> Self {
         Self { brdf: Brdf::Glossy(Arc::new(surface)), exitance: Rgb::BLACK }
+    }
+
+    /// Makes a mirror that does not emit.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when a component of the reflectance is outside [0, 1).
+    pub fn mirror(reflectance: Rgb) -> Result<Self> {
+        check_reflectance(reflectance)?;
+        Ok(Self { brdf: Brdf::Mirror { reflectance }, exitance: Rgb::BLACK })
+    }
+
+    /// Mixes materials, each by its share of the area: reflection and exitance are the weighted sums.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when a share is not above 0, or the shares do not add up to 1.
+    pub fn mixture(parts: &[(f64, Self)]) -> Result<Self> {
+        let brdfs: Vec<(f64, &Brdf)> = parts.iter().map(|(share, m)| (*share, &m.brdf)).collect();
+        let brdf = Mixture::new(&brdfs)?.simplified();
+        let exitance = parts.iter().map(|(share, m)| m.exitance * *share).sum();
+        Ok(Self { brdf, exitance })
     }
 
     /// Adds an exitance, lm/m2.
@@ -76,81 +71,6 @@ pub(super) fn check_reflectance(reflectance: Rgb) -> Result<()> {
     )))
 }
 
-impl Brdf {
-    /// Evaluates f for light that comes from `incident` and leaves to `outgoing`; black when they are on different sides.
-    pub fn eval(&self, normal: DVec3, incident: DVec3, outgoing: DVec3) -> Rgb {
-        if incident.dot(normal) <= 0.0 || outgoing.dot(normal) <= 0.0 {
-            return Rgb::BLACK;
-        }
-        match self {
-            Self::Lambert { reflectance } => *reflectance / PI,
-            Self::Glossy(surface) => {
-                let frame = Frame::about(normal);
-                surface.eval(frame.to_local(incident), frame.to_local(outgoing))
-            }
-        }
-    }
-
-    /// Samples where light that leaves to `outgoing` came from (or goes on to: f is reciprocal). `None` where the sample is absorbed.
-    pub fn sample(&self, normal: DVec3, outgoing: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
-        if outgoing.dot(normal) <= 0.0 {
-            return None;
-        }
-        let frame = Frame::about(normal);
-        match self {
-            Self::Lambert { reflectance } => {
-                let local = sampling::cosine_hemisphere(u);
-                (local.z > 0.0).then(|| BrdfSample {
-                    direction: frame.to_world(local),
-                    weight: *reflectance,
-                    density: sampling::cosine_pdf(local.z),
-                })
-            }
-            Self::Glossy(surface) => {
-                let outgoing = frame.to_local(outgoing);
-                let incident = surface.sample(outgoing, u)?;
-                let density = surface.density(incident, outgoing);
-                let weight = surface.eval(incident, outgoing) * (incident.z / density);
-                Some(BrdfSample { direction: frame.to_world(incident), weight, density })
-            }
-        }
-    }
-
-    /// Gives the density per steradian with which [`Brdf::sample`] picks `incident`.
-    pub fn density(&self, normal: DVec3, incident: DVec3, outgoing: DVec3) -> f64 {
-        match self {
-            Self::Lambert { .. } => sampling::cosine_pdf(incident.dot(normal)),
-            Self::Glossy(surface) => {
-                if incident.dot(normal) <= 0.0 || outgoing.dot(normal) <= 0.0 {
-                    return 0.0;
-                }
-                let frame = Frame::about(normal);
-                surface.density(frame.to_local(incident), frame.to_local(outgoing))
-            }
-        }
-    }
-
-    /// Gives the reflected part, 0 to 1, of the luminance of white light that leaves to `outgoing` (or comes from there).
-    pub fn albedo(&self, normal: DVec3, outgoing: DVec3) -> f64 {
-        match self {
-            Self::Lambert { reflectance } => reflectance.luminance(),
-            Self::Glossy(surface) => surface.albedo(outgoing.dot(normal)),
-        }
-    }
-
-    /// Gives how many times more luminance goes to `outgoing` than a perfect diffuser would send, when light comes from the mirrored direction; not
-    /// below 1. Where it is large, connections to walks vary much.
-    pub fn peak(&self, normal: DVec3, outgoing: DVec3) -> f64 {
-        match self {
-            Self::Lambert { .. } => 1.0,
-            Self::Glossy(_) => {
-                let mirrored = 2.0 * outgoing.dot(normal) * normal - outgoing;
-                (PI * self.eval(normal, mirrored, outgoing).luminance()).max(1.0)
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,26 +79,22 @@ mod tests {
     fn perfect_reflectors_and_nan_are_refused() {
         for r in [1.0, 1.5, -0.1, f64::NAN] {
             assert!(Material::lambert(Rgb::grey(r)).is_err());
+            assert!(Material::mirror(Rgb::grey(r)).is_err());
         }
     }
 
     #[test]
-    fn sample_weight_is_f_cos_over_density() {
-        let brdf = Material::lambert(Rgb([0.2, 0.4, 0.6])).expect("valid").brdf;
-        let (n, wo) = (DVec3::new(0.6, 0.0, 0.8), DVec3::Z);
-        for i in 0..50 {
-            let u = [(f64::from(i) + 0.5) / 50.0, (f64::from(i) * 0.618 + 0.1).fract()];
-            let s = brdf.sample(n, wo, u).expect("above the surface");
-            let expected = brdf.eval(n, s.direction, wo) * (s.direction.dot(n) / s.density);
-            assert!((s.weight.luminance() - expected.luminance()).abs() <= 1e-12);
-            assert!((s.density - brdf.density(n, s.direction, wo)).abs() <= 1e-12);
+    fn mixtures_add_what_their_parts_reflect_and_emit() {
+        let dull = Material::lambert(Rgb::grey(0.25)).expect("valid").emitting(Rgb::grey(10.0));
+        let bright = Material::lambert(Rgb::grey(0.75)).expect("valid");
+        let mixed = Material::mixture(&[(0.5, dull.clone()), (0.5, bright)]).expect("valid");
+        assert_eq!(
+            mixed,
+            Material::lambert(Rgb::grey(0.5)).expect("valid").emitting(Rgb::grey(5.0))
+        );
+        for shares in [[0.5, 0.4], [0.0, 1.0], [-0.5, 1.5], [f64::NAN, 1.0]] {
+            assert!(Material::mixture(&shares.map(|s| (s, dull.clone()))).is_err(), "{shares:?}");
         }
-    }
-
-    #[test]
-    fn nothing_passes_through() {
-        let brdf = Material::lambert(Rgb::grey(0.5)).expect("valid").brdf;
-        assert!(brdf.eval(DVec3::Z, DVec3::NEG_Z, DVec3::Z).is_black());
-        assert!(brdf.sample(DVec3::Z, DVec3::NEG_Z, [0.3, 0.3]).is_none());
+        assert!(Material::mixture(&[]).is_err());
     }
 }

@@ -1,20 +1,25 @@
 //! What is lit and looked at: objects, materials, lights, cameras, sensors, the film.
 
+mod brdf;
 mod camera;
 mod film;
 mod glossy;
 mod index;
 mod light;
 mod material;
+mod mixture;
 mod object;
 mod sensor;
 mod world;
 
+pub use brdf::{Brdf, BrdfSample};
 pub use camera::Perspective;
-pub use film::{Film, MAX_PIXELS, Pixel};
+pub(crate) use film::LONGEST;
+pub use film::{DARKEST, Film, Light, MAX_PIXELS};
 pub use glossy::{Glossy, SMOOTHEST};
 pub use light::{Distribution, PointLight};
-pub use material::{Brdf, BrdfSample, Material};
+pub use material::Material;
+pub use mixture::Mixture;
 pub use object::{Emitter, Object};
 pub use sensor::{Measure, Measured, Sensor};
 pub use world::{Scene, Vertex};

@@ -20,6 +20,7 @@ pub struct Scene {
     emitters: Vec<Emitter>,
     area: f64,
     diffuse: bool,
+    mirrors: bool,
 }
 
 /// Describes a point of the scene where a path turns: the refined hit, whose it is, and the side it is seen from.
@@ -52,7 +53,19 @@ impl Vertex<'_> {
         &self.material.brdf
     }
 
-    /// Gives the part of the luminance of white light, 0 to 1, that is reflected there towards `outgoing`.
+    /// Gives the unit direction that a mirror here shows to `outgoing`, and how much of its light: `None` where nothing is mirrored, or from below the
+    /// true surface.
+    pub fn mirrored(&self) -> Option<(DVec3, Rgb)> {
+        let reflectance = self.material.brdf.mirror();
+        if reflectance.is_black() {
+            return None;
+        }
+        let direction = 2.0 * self.outgoing.dot(self.normal) * self.normal - self.outgoing;
+        let side = 1.0_f64.copysign(self.hit.normal.dot(self.outgoing));
+        (side * self.hit.normal.dot(direction) > 0.0).then_some((direction, reflectance))
+    }
+
+    /// Gives the part of the luminance of white light, 0 to 1, that is reflected there towards `outgoing`, but for what is mirrored.
     pub fn albedo(&self) -> f64 {
         self.material.brdf.albedo(self.normal, self.outgoing)
     }
@@ -76,8 +89,10 @@ impl Scene {
         let area = objects.iter().filter_map(|o| o.area.as_ref()).map(|a| a.area()).sum();
         let mut materials = objects.iter().flat_map(|o| &o.materials);
         let diffuse = materials.all(|m| matches!(m.brdf, Brdf::Lambert { .. }));
+        let mut materials = objects.iter().flat_map(|o| &o.materials);
+        let mirrors = materials.any(|m| !m.brdf.mirror().is_black());
         let index = Index::new(&objects);
-        Ok(Self { objects, index, lights, emitters, area, diffuse })
+        Ok(Self { objects, index, lights, emitters, area, diffuse, mirrors })
     }
 
     /// Gives the objects in the order of the scene file.
@@ -98,6 +113,11 @@ impl Scene {
     /// Tells whether all surfaces reflect diffusely.
     pub fn is_diffuse(&self) -> bool {
         self.diffuse
+    }
+
+    /// Tells whether any surface is a mirror, or in part one.
+    pub fn has_mirrors(&self) -> bool {
+        self.mirrors
     }
 
     /// Gives the total area of the bounded surfaces, m2.

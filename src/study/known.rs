@@ -105,6 +105,6 @@ fn grey(file: &SceneFile, material: &str) -> Option<f64> {
             let [r, g, b] = lambert.reflectance.0;
             (r == g && g == b && lambert.exitance.is_black()).then_some(r)
         }
-        MaterialSpec::Metal(_) | MaterialSpec::Coated(_) => None,
+        _ => None,
     }
 }

@@ -150,6 +150,13 @@ fn material(file: &SceneFile, name: &str) -> Result<Material> {
             let surface = Glossy::coated(spec.reflectance, spec.index, spec.roughness)?;
             Ok(Material::glossy(surface).emitting(spec.exitance))
         }
+        Some(MaterialSpec::Mirror(spec)) => {
+            Ok(Material::mirror(spec.reflectance)?.emitting(spec.exitance))
+        }
+        Some(MaterialSpec::Mixture(spec)) => {
+            let part = |(part, share)| Ok((share, material(file, part)?));
+            Material::mixture(&spec.shares().map(part).collect::<Result<Vec<_>>>()?)
+        }
         None => Err(Error::Parameter(format!("unknown material `{name}`"))),
     }
 }

@@ -1,6 +1,8 @@
 //! Scenes and settings that several test files share.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 
+pub mod films;
+
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 

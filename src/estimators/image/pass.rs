@@ -6,14 +6,15 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::math::{Rgb, Stream, hash};
-use crate::scene::{Perspective, Scene};
+use crate::scene::{Film, Perspective, Scene, Vertex};
 
-use super::super::connect::{Batch, Connector, Light, Weighting};
+use super::super::connect::{Batch, Connector, Light, through_mirror};
 use super::super::direct;
 use super::super::path::PathTracer;
 use super::super::receiver::Receiver;
-use super::super::replicates::{REPLICATES, seed};
+use super::super::replicates::seed;
 use super::super::walk::{Launcher, Node};
+use super::super::weighting::Weighting;
 use super::{Estimator, ImageSettings};
 
 /// Walks (or paths) that share the eye ray of one sample: a block of Sobol points as large as this is stratified in itself.
@@ -32,9 +33,8 @@ pub(super) struct Pass<'a> {
     scene: &'a Scene,
     connector: Connector<'a>,
     settings: &'a ImageSettings,
-    replicate: usize,
-    /// How many samples this replicate has taken before.
-    round: u64,
+    /// Says which pixels take a sample, and its index.
+    film: &'a Film,
     walks: Vec<Vec<Node<'a>>>,
     /// The mean flux per walk that left the scene.
     pub(super) escaped: Rgb,
@@ -45,17 +45,16 @@ impl<'a> Pass<'a> {
         scene: &'a Scene,
         launcher: &'a Launcher<'a>,
         settings: &'a ImageSettings,
-        passes: usize,
+        film: &'a Film,
     ) -> Self {
-        let (replicate, round) = (passes % REPLICATES, (passes / REPLICATES) as u64);
         let (count, weighting) = match settings.estimator {
             Estimator::DoubleLocal(weighting) => (BLOCKS_PER_PASS * WALKS_PER_SAMPLE, weighting),
             Estimator::Path => (0, Weighting::Walk),
         };
         let launch = |i: usize| {
-            let index = round * count as u64 + i as u64;
+            let index = film.round() * count as u64 + i as u64;
             let mut stream =
-                Stream::new(settings.randomness, seed(settings.seed, replicate, WALKS), index);
+                Stream::new(settings.randomness, seed_of(settings, film, WALKS), index);
             let mut nodes = Vec::new();
             let escaped = launcher.walk(&mut stream, &mut nodes);
             (nodes, escaped)
@@ -65,14 +64,13 @@ impl<'a> Pass<'a> {
             scene,
             connector: Connector::new(scene, launcher, weighting),
             settings,
-            replicate,
-            round,
+            film,
             walks,
             escaped: lost.into_iter().sum::<Rgb>() / count.max(1) as f64,
         }
     }
 
-    /// Takes a sample of every pixel. After each row `cancel` is told how many are done; when it says so, the pass is abandoned, which is returned.
+    /// Takes a sample of every pixel that does not rest. After each row `cancel` is told how many are done; when it says so, the pass is abandoned, which is returned.
     pub(super) fn fill(
         &self,
         camera: &Perspective,
@@ -88,9 +86,12 @@ impl<'a> Pass<'a> {
             }
             let mut batch = Batch::default();
             for (column, sample) in line.iter_mut().enumerate() {
-                let pixel = (row * width + column) as u64;
+                let pixel = row * width + column;
                 let corner = DVec2::new(column as f64, row as f64);
-                *sample = self.sample(camera, &tracer, &mut batch, pixel, corner);
+                *sample = self.film.index(pixel).map_or(Light::default(), |index| {
+                    let place = [pixel as u64, index];
+                    self.sample(camera, &tracer, &mut batch, place, corner)
+                });
             }
             if cancel(rows.fetch_add(1, Ordering::Relaxed) + 1) {
                 cancelled.store(true, Ordering::Relaxed);
@@ -100,37 +101,67 @@ impl<'a> Pass<'a> {
         cancelled.into_inner() && rows.into_inner() < camera.resolution()[1] as usize
     }
 
-    /// Takes one sample of one pixel: an eye ray, and what the point it meets emits and reflects.
+    /// Takes one sample of one pixel: an eye ray, and what the point it meets emits and reflects; through mirrors it goes on to the next point.
     fn sample<'b>(
         &'b self,
         camera: &Perspective,
         tracer: &PathTracer,
         batch: &mut Batch<'b>,
-        pixel: u64,
+        [pixel, index]: [u64; 2],
         corner: DVec2,
     ) -> Light {
-        let stream = |purpose, index| {
-            let seed = hash([seed(self.settings.seed, self.replicate, purpose), pixel]);
-            Stream::new(self.settings.randomness, seed, index)
-        };
-        let [u, v] = stream(EYE, self.round).next_2d();
+        let seed = hash([seed_of(self.settings, self.film, EYE), pixel]);
+        let mut stream = Stream::new(self.settings.randomness, seed, index);
+        let [u, v, mut roulette, _] = stream.next_4d();
         let film = corner + DVec2::new(tent(u), tent(v));
-        let Some(vertex) = self.scene.vertex(&camera.ray(film)) else { return Light::default() };
-        let receiver = Receiver::reflecting(&vertex);
-        let mut direct = vertex.emitted() + direct::point_lights(self.scene, &receiver);
-        let indices =
-            (0..WALKS_PER_SAMPLE as u64).map(|k| self.round * WALKS_PER_SAMPLE as u64 + k);
-        let sampled: Light = match self.settings.estimator {
-            Estimator::Path => {
-                indices.map(|i| tracer.trace(&receiver, &mut stream(GATHER, i))).sum()
+        let mut ray = camera.ray(film);
+        let (mut light, mut left) = (Light::default(), Rgb::WHITE);
+        for mirrors in 0.. {
+            let Some(vertex) = self.scene.vertex(&ray) else { break };
+            // Direct is what has been reflected once at most.
+            let emitted = left * vertex.emitted();
+            *(if mirrors < 2 { &mut light.direct } else { &mut light.indirect }) += emitted;
+            if vertex.albedo() > 0.0 {
+                let Light { direct, indirect } =
+                    self.reflected(tracer, batch, &vertex, [pixel, index, mirrors], &mut stream);
+                *(if mirrors < 1 { &mut light.direct } else { &mut light.indirect }) +=
+                    left * direct;
+                light.indirect += left * indirect;
             }
+            let Some((direction, reflectance)) = vertex.mirrored() else { break };
+            let Some(rest) = through_mirror(left, reflectance, roulette) else { break };
+            left = rest;
+            ray = vertex.hit.leave(direction);
+            [roulette, ..] = stream.next_4d();
+        }
+        light
+    }
+
+    /// Estimates the luminance that a vertex reflects, but for what it mirrors, seen from a pixel through so many mirrors.
+    fn reflected<'b>(
+        &'b self,
+        tracer: &PathTracer,
+        batch: &mut Batch<'b>,
+        vertex: &Vertex<'b>,
+        [pixel, index, mirrors]: [u64; 3],
+        eye: &mut Stream,
+    ) -> Light {
+        let stream = |index| {
+            let own = hash([seed_of(self.settings, self.film, GATHER), pixel]);
+            let own = if mirrors == 0 { own } else { hash([own, mirrors]) };
+            Stream::new(self.settings.randomness, own, index)
+        };
+        let receiver = Receiver::reflecting(vertex);
+        let mut direct = direct::few_point_lights(self.scene, &receiver, eye);
+        let indices = (0..WALKS_PER_SAMPLE as u64).map(|k| index * WALKS_PER_SAMPLE as u64 + k);
+        let sampled: Light = match self.settings.estimator {
+            Estimator::Path => indices.map(|i| tracer.trace(&receiver, &mut stream(i))).sum(),
             Estimator::DoubleLocal(_) => {
-                let picked =
-                    hash([seed(self.settings.seed, self.replicate, PICK), pixel, self.round]);
+                let picked = hash([seed_of(self.settings, self.film, PICK), pixel, index]);
                 let block = picked as usize % BLOCKS_PER_PASS;
                 let walks = &self.walks[block * WALKS_PER_SAMPLE..];
                 let walks = walks.iter().map(Vec::as_slice);
-                let walks = walks.zip(indices.map(|i| stream(GATHER, i)));
+                let walks = walks.zip(indices.map(stream));
                 let outlook = self.connector.outlook(&receiver);
                 direct += outlook.light;
                 self.connector.estimate(batch, &receiver, &outlook, walks).sum()
@@ -139,6 +170,14 @@ impl<'a> Pass<'a> {
         let mean = sampled / WALKS_PER_SAMPLE as f64;
         Light { direct: direct + mean.direct, indirect: mean.indirect }
     }
+}
+
+/// Gives the seed of one use of random numbers in the pass that a film takes next.
+///
+/// Points of one scrambled sequence know of each other, so a stage that was planned by earlier ones has a scramble of its own.
+fn seed_of(settings: &ImageSettings, film: &Film, purpose: u64) -> u64 {
+    let own = seed(settings.seed, film.replicate(), purpose);
+    if film.scramble() == 0 { own } else { hash([own, film.scramble()]) }
 }
 
 /// Maps a uniform number to a position under a tent of width 2 about the middle of a pixel.

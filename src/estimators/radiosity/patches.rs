@@ -94,8 +94,7 @@ fn infinite(object: &Object) -> Error {
 fn reflectance(object: &Object, brdf: &Brdf) -> Result<Rgb> {
     match brdf {
         Brdf::Lambert { reflectance } => Ok(*reflectance),
-        #[allow(unreachable_patterns, reason = "holds for every reflection that is ever added")]
-        Brdf::Glossy(_) => Err(Error::Parameter(format!(
+        Brdf::Glossy(_) | Brdf::Mirror { .. } | Brdf::Mixture(_) => Err(Error::Parameter(format!(
             "the material of object `{}` is not Lambertian; radiosity knows no other, choose the estimator `local` or `path`",
             object.name
         ))),

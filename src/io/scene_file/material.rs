@@ -1,9 +1,13 @@
 //! `[materials.NAME.TYPE]`: how surfaces reflect and emit.
 
-use serde::Deserialize;
+use std::collections::BTreeMap;
 
-use super::values::{Albedo, AtLeast0, Index, Roughness, number};
+use serde::{Deserialize, Deserializer};
+
+use super::source::Entry;
+use super::values::{Albedo, AtLeast0, Index, Number, Part, Roughness, number};
 use super::vectors::spectrum;
+use crate::Result;
 use crate::math::Rgb;
 
 /// Describes a material.
@@ -17,6 +21,31 @@ pub enum MaterialSpec {
     Metal(MetalSpec),
     /// A diffuse base under a clear coat.
     Coated(CoatedSpec),
+    /// A perfectly smooth mirror.
+    Mirror(MirrorSpec),
+    /// Several of these side by side.
+    Mixture(MixtureSpec),
+}
+
+impl MaterialSpec {
+    /// Checks what depends on several keys.
+    pub(super) fn check(&self, entry: &Entry) -> Result<()> {
+        match self {
+            Self::Mixture(spec) => spec.check(entry),
+            _ => Ok(()),
+        }
+    }
+
+    /// Gives the word for this type in a scene file.
+    pub(super) fn type_name(&self) -> &'static str {
+        match self {
+            Self::Lambert(_) => "lambert",
+            Self::Metal(_) => "metal",
+            Self::Coated(_) => "coated",
+            Self::Mirror(_) => "mirror",
+            Self::Mixture(_) => "mixture",
+        }
+    }
 }
 
 /// Describes a Lambertian surface that may also emit.
@@ -66,4 +95,56 @@ pub struct CoatedSpec {
 
 fn glass() -> f64 {
     1.5
+}
+
+/// Describes a mirror that may also emit.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MirrorSpec {
+    /// The reflected part of the flux, from 0 to below 1 in each component.
+    #[serde(deserialize_with = "spectrum::<Albedo, _>")]
+    pub reflectance: Rgb,
+    /// The emitted flux per area, lm/m2, Lambertian on the normal's side; 0 or more.
+    #[serde(default, deserialize_with = "spectrum::<AtLeast0, _>")]
+    pub exitance: Rgb,
+}
+
+/// Describes a mixture of other materials, finer than the eye sees: it reflects and emits the weighted sum of theirs.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MixtureSpec {
+    /// The shares of the area by the names of the materials, between 0 and 1, 1 together.
+    #[serde(deserialize_with = "shares")]
+    pub of: BTreeMap<String, f64>,
+}
+
+/// How far shares may be from 1 together, for thirds and sevenths written with a few digits.
+const ROUNDING: f64 = 1e-3;
+
+impl MixtureSpec {
+    /// Checks that the shares are those of a whole; what is left of rounding is divided among them.
+    fn check(&self, entry: &Entry) -> Result<()> {
+        let sum: f64 = self.of.values().sum();
+        if (sum - 1.0).abs() <= ROUNDING {
+            return Ok(());
+        }
+        let message = format!("the shares of a mixture must add up to 1, found {sum}");
+        Err(entry.error(
+            "of",
+            message,
+            "a part that reflects nothing is a lambert of reflectance 0",
+        ))
+    }
+
+    /// Gives the names with shares that add up to 1.
+    pub fn shares(&self) -> impl Iterator<Item = (&str, f64)> {
+        let sum: f64 = self.of.values().sum();
+        self.of.iter().map(move |(name, share)| (name.as_str(), share / sum))
+    }
+}
+
+/// Reads shares by name.
+fn shares<'de, D: Deserializer<'de>>(d: D) -> std::result::Result<BTreeMap<String, f64>, D::Error> {
+    let written = BTreeMap::<String, Number<Part>>::deserialize(d)?;
+    Ok(written.into_iter().map(|(name, share)| (name, share.0)).collect())
 }

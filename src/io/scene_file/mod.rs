@@ -35,7 +35,7 @@ use toml::de::{DeTable, Deserializer, ValueDeserializer};
 pub use camera::{CameraSpec, PerspectiveSpec};
 pub use compare::CompareSpec;
 pub use light::{DistributionSpec, LightSpec, Strength};
-pub use material::{CoatedSpec, LambertSpec, MaterialSpec, MetalSpec};
+pub use material::{CoatedSpec, LambertSpec, MaterialSpec, MetalSpec, MirrorSpec, MixtureSpec};
 pub use object::{
     BoxFace, BoxSpec, DiscSpec, FileRef, Intersector, MeshSpec, ObjectSpec, PlaneSpec,
     RectangleSpec, ShSpec, SphereSpec,
@@ -202,6 +202,11 @@ struct Document {
 impl Document {
     /// Compares keys and things with each other and finds the files.
     fn check(mut self, source: Source) -> Result<SceneFile> {
+        for (name, material) in &self.materials {
+            let path = ["materials", name, material.type_name()];
+            material.check(&Entry { source: &source, path })?;
+        }
+        references::check_mixtures(&self.materials, &source)?;
         self.check_objects(&source)?;
         for (name, camera) in &self.cameras {
             camera

@@ -40,6 +40,26 @@ pub(super) fn check_materials(
     }
 }
 
+/// Checks the materials that mixtures name.
+pub(super) fn check_mixtures(
+    materials: &BTreeMap<String, MaterialSpec>,
+    source: &Source,
+) -> Result<()> {
+    for (name, material) in materials {
+        let MaterialSpec::Mixture(mixture) = material else { continue };
+        for part in mixture.of.keys() {
+            let key = ["materials", name, "mixture", "of", part];
+            check(part, materials, "material", &key, source)?;
+            if let Some(MaterialSpec::Mixture(_)) = materials.get(part) {
+                let message = format!("`{part}` is a mixture itself");
+                let help = "name the materials it is mixed of, each with its share of the whole";
+                return Err(source.error(&key, message, Some(help.to_owned())));
+            }
+        }
+    }
+    Ok(())
+}
+
 fn check_faces(
     name: &str,
     spec: &BoxSpec,

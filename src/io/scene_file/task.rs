@@ -24,6 +24,9 @@ pub struct RenderSpec {
     /// When to stop.
     #[serde(deserialize_with = "table")]
     pub stop: StopSpec,
+    /// The time between checkpoints, above 0; a default when left out.
+    #[serde(deserialize_with = "time_if")]
+    pub checkpoint: Option<Duration>,
     /// The factor from luminance to PNG, above 0; chosen from the picture when left out.
     #[serde(deserialize_with = "number_if::<Above0, _>")]
     pub exposure: Option<f64>,
@@ -36,9 +39,13 @@ pub struct RenderSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RenderEstimator {
-    /// The double local estimate.
+    /// The double local estimate: strategies A and B and hits of emitters combined.
     #[default]
     DoubleLocal,
+    /// The double local estimate by strategy A alone: walk hits connected to the visible point.
+    DoubleLocalA,
+    /// The double local estimate by strategy B alone: walk hits connected to a sampled intermediate point.
+    DoubleLocalB,
     /// Backward path tracing.
     Path,
 }

@@ -1,0 +1,122 @@
+//! Mirrors, and mixtures with them: against the furnace, and against the room that one sees in a mirror, built.
+//!
+//! Statistical comparisons use fixed seeds and judge all values of a test together with a false-alarm rate of 1e-3.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use common::films::{assert_alike, assert_flat};
+use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors};
+use glam::DVec3;
+use harmolux::estimators::{Estimator, SensorEstimator, Weighting, illuminance, render};
+use harmolux::math::Rgb;
+use harmolux::scene::{Film, Glossy, Material, Object, Perspective, Scene, Sensor};
+use harmolux::surface::primitives::Sphere;
+
+const L0: f64 = 100.0;
+
+fn mirror() -> Material {
+    Material::mirror(Rgb::grey(1.0 - 1e-9)).expect("valid")
+}
+
+fn film(scene: &Scene, view: &Perspective, estimator: Estimator, walks: u64) -> Film {
+    let rendering = render(scene, view, &image(estimator, walks), &go_on).expect("renders");
+    assert_eq!(rendering.film.spoilt(), 0);
+    rendering.film
+}
+
+/// A furnace with a mirror wall around a body.
+fn furnace_around(body: Material) -> Scene {
+    let [a, b, c, d, e] = [0.5, 0.2, 0.7, 0.3, 0.8].map(|rho| furnace(rho, L0));
+    let walls = room(DVec3::new(4.0, 5.0, 3.0), &[a, mirror(), b, c, d, e]);
+    let body = Object::new("body", placed(bumpy(), DVec3::new(2.0, 2.5, 1.2), 0.7), body);
+    Scene::new(vec![walls, body], vec![]).expect("valid")
+}
+
+fn check_furnace(body: Material) {
+    let scene = furnace_around(body);
+    let view = camera(DVec3::new(0.5, 0.4, 2.5), DVec3::new(2.0, 2.5, 1.2), [24, 24]);
+    for estimator in [Estimator::DoubleLocal(Weighting::of(&scene)), Estimator::Path] {
+        assert_flat(&film(&scene, &view, estimator, 256), L0);
+    }
+    let points = [
+        Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(3.99, 2.0, 0.0), DVec3::Z),
+    ];
+    for estimator in [SensorEstimator::Local(Weighting::of(&scene)), SensorEstimator::Path] {
+        let survey = illuminance(&scene, &points, &sensors(estimator, 4096), &go_on).expect("runs");
+        for r in &survey.results {
+            assert!(r.total.agrees_with(PI * L0, 0.0, points.len()), "{estimator:?}: {r:?}");
+            assert!(r.total.relative_error() <= 0.02, "{r:?}");
+        }
+    }
+}
+
+#[test]
+fn furnace_with_a_mirror() {
+    check_furnace(mirror());
+}
+
+#[test]
+fn furnace_with_a_mixture() {
+    let gold = Material::glossy(Glossy::metal(Rgb::grey(1.0 - 1e-9), 0.4).expect("valid"));
+    let parts = [(0.4, mirror()), (0.3, furnace(0.45, L0)), (0.3, gold)];
+    check_furnace(Material::mixture(&parts).expect("valid"));
+}
+
+/// Rooms with a shining ceiling: one with a mirror for a wall, and one of twice the length with what the mirror shows.
+fn mirrored_and_built(reflecting: &Material) -> [Scene; 2] {
+    let ball = |x: f64| {
+        let ball = Sphere::new(DVec3::new(x, 3.5, 0.8), 0.6).expect("valid");
+        Object::new("ball", ball, reflecting.clone())
+    };
+    let ceiling = || grey(0.7).emitting(Rgb::grey(300.0));
+    let walls = |far: Material| [grey(0.3), far, grey(0.6), grey(0.5), grey(0.4), ceiling()];
+    let size = DVec3::new(4.0, 5.0, 3.0);
+    let mirrored = vec![room(size, &walls(mirror())), ball(2.0)];
+    let built = room(DVec3::new(2.0, 1.0, 1.0) * size, &walls(grey(0.3)));
+    [mirrored, vec![built, ball(2.0), ball(6.0)]]
+        .map(|objects| Scene::new(objects, vec![]).expect("valid"))
+}
+
+#[test]
+fn a_room_with_a_mirror_is_the_room_one_sees_in_it() {
+    let varnish = Material::glossy(Glossy::coated(Rgb::grey(0.4), 1.5, 0.4).expect("valid"));
+    let [mirrored, built] = mirrored_and_built(&varnish);
+    // On the left the room itself, on the right the mirror.
+    let view = camera(DVec3::new(1.5, 0.4, 1.5), DVec3::new(3.0, 3.0, 1.2), [24, 18]);
+    let expected = film(&built, &view, Estimator::DoubleLocal(Weighting::of(&built)), 512);
+    for estimator in [Estimator::DoubleLocal(Weighting::of(&mirrored)), Estimator::Path] {
+        assert_alike(&film(&mirrored, &view, estimator, 1024), &expected);
+    }
+    let points = [
+        Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(3.9, 2.0, 0.0), DVec3::Z),
+        Sensor::plane(DVec3::new(2.0, 2.5, 1.0), DVec3::X),
+    ];
+    let survey = |scene: &Scene, estimator, walks| {
+        illuminance(scene, &points, &sensors(estimator, walks), &go_on).expect("runs").results
+    };
+    let expected = survey(&built, SensorEstimator::Local(Weighting::of(&built)), 1 << 14);
+    let local = SensorEstimator::Local(Weighting::of(&mirrored));
+    for estimator in [local, SensorEstimator::Path, SensorEstimator::Local(Weighting::Gather)] {
+        for (a, b) in survey(&mirrored, estimator, 1 << 15).iter().zip(&expected) {
+            let (a, b) = (a.total, b.total);
+            assert!(a.agrees_with(b.mean, b.standard_error, 3), "{estimator:?}: {a:?} {b:?}");
+            assert!(a.relative_error().hypot(b.relative_error()) <= 0.02, "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn each_strategy_alone_gives_the_picture_of_both() {
+    let varnish = Material::glossy(Glossy::coated(Rgb::grey(0.4), 1.5, 0.6).expect("valid"));
+    let [mirrored, _] = mirrored_and_built(&varnish);
+    let view = camera(DVec3::new(1.0, 0.6, 1.5), DVec3::new(3.0, 3.0, 1.2), [16, 12]);
+    let expected = film(&mirrored, &view, Estimator::DoubleLocal(Weighting::of(&mirrored)), 1024);
+    for weighting in [Weighting::Walk, Weighting::Gather] {
+        let alone = film(&mirrored, &view, Estimator::DoubleLocal(weighting), 8192);
+        assert_alike(&alone, &expected);
+    }
+}
