@@ -74,7 +74,10 @@ fn main() -> Result<ExitCode, Failure> {
     start(&tool, folder.path(), "killed.exr", resume)?.wait()?;
     let read = |name: &str| std::fs::read(folder.path().join(name));
     let equal = read("whole.exr")? == read("killed.exr")?;
-    println!("{KILLS} kills: the pictures are {}", if equal { "equal to the bit" } else { "DIFFERENT" });
+    println!(
+        "{KILLS} kills: the pictures are {}",
+        if equal { "equal to the bit" } else { "DIFFERENT" }
+    );
     Ok(if equal { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 

@@ -156,7 +156,10 @@ fn checkpoints_of_other_runs_are_refused_with_the_difference() {
     };
     resumed(["--seed", "7"], &["another run: seed was `0`, is `7`", "help: "]);
     resumed(["--size", "10x8"], &["size was `12 x 8`, is `10 x 8`"]);
-    resumed(["-D", "materials.grey.lambert.reflectance=0.5"], &["materials.grey was", "0.6", "0.5"]);
+    resumed(
+        ["-D", "materials.grey.lambert.reflectance=0.5"],
+        &["materials.grey was", "0.6", "0.5"],
+    );
     resumed(["-D", "objects.ball.sphere.radius=0.5"], &["objects.ball was", "0.7", "0.5"]);
     resumed(["-D", "cameras.main.perspective.fov=50"], &["the camera was"]);
     resumed(["-D", "render.estimator=double-local"], &["the estimator was `Path`"]);

@@ -69,12 +69,12 @@ fn encode_exr(
     let scene = file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     Exr::new(width, height)
         .with_colour("", &film.image())?
-        .with_values("stderr.Y", &film.standard_errors())?
+        .with_channel("stderr.Y", (0..width * height).map(|i| film.standard_error(i)))?
         .with_attribute("scene", scene.as_str())
         .with_attribute("estimator", estimator)
         .with_attribute("unit", "cd/m2")
         .with_attribute("seed", settings.seed.to_string().as_str())
         .with_attribute("replicates", film.replicates() as f64)
         .with_attribute("walksPerPixel", rendering.walks_per_pixel as f64)
-        .to_bytes()
+        .into_bytes()
 }

@@ -81,20 +81,32 @@ impl Exr {
     /// # Errors
     /// [`Error::Parameter`] when the number of pixels does not fit the size, or a channel of that name is there already.
     pub fn with_colour(self, layer: &str, pixels: &[Rgb]) -> Result<Self> {
-        let of = |value: fn(&Rgb) -> f64| -> Vec<f64> { pixels.iter().map(value).collect() };
-        self.with_values(&channel_name(layer, "R"), &of(|p| p.0[0]))?
-            .with_values(&channel_name(layer, "G"), &of(|p| p.0[1]))?
-            .with_values(&channel_name(layer, "B"), &of(|p| p.0[2]))?
-            .with_values(&channel_name(layer, "Y"), &of(|p| p.luminance()))
+        let name = |channel| channel_name(layer, channel);
+        self.with_channel(&name("R"), pixels.iter().map(|p| p.0[0]))?
+            .with_channel(&name("G"), pixels.iter().map(|p| p.0[1]))?
+            .with_channel(&name("B"), pixels.iter().map(|p| p.0[2]))?
+            .with_channel(&name("Y"), pixels.iter().map(|p| p.luminance()))
     }
 
     /// Adds one channel; `name` is `LAYER.CHANNEL`, as `stderr.Y`. NaN and infinities are stored as they are.
     ///
     /// # Errors
     /// As [`Exr::with_colour`].
-    pub fn with_values(mut self, name: &str, values: &[f64]) -> Result<Self> {
+    pub fn with_values(self, name: &str, values: &[f64]) -> Result<Self> {
+        self.with_channel(name, values.iter().copied())
+    }
+
+    /// Adds one channel as [`Exr::with_values`] does, value by value: a large image needs no memory for them all.
+    ///
+    /// # Errors
+    /// As [`Exr::with_colour`].
+    pub fn with_channel(
+        mut self,
+        name: &str,
+        values: impl ExactSizeIterator<Item = f64>,
+    ) -> Result<Self> {
         check_size(self.width, self.height, values.len())?;
-        let samples = values.iter().map(|v| *v as f32).collect();
+        let samples = values.map(|v| v as f32).collect();
         if name.is_empty() || self.channels.insert(name.to_owned(), samples).is_some() {
             return Err(Error::Parameter(format!("`{name}` cannot name one more channel")));
         }
@@ -137,13 +149,20 @@ impl Exr {
     /// # Errors
     /// [`Error::Parameter`] when there is no channel; [`Error::Numeric`] with the encoder's complaint.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        self.clone().into_bytes()
+    }
+
+    /// Encodes the image as [`Exr::to_bytes`] does, without a copy of its channels.
+    ///
+    /// # Errors
+    /// As [`Exr::to_bytes`].
+    pub fn into_bytes(mut self) -> Result<Vec<u8>> {
         if self.channels.is_empty() {
             return Err(Error::Parameter("an image needs at least one channel".to_owned()));
         }
-        let channels = self
-            .channels
-            .iter()
-            .map(|(name, samples)| AnyChannel::new(text(name), FlatSamples::F32(samples.clone())));
+        let channels = std::mem::take(&mut self.channels).into_iter();
+        let channels =
+            channels.map(|(name, samples)| AnyChannel::new(text(&name), FlatSamples::F32(samples)));
         let encoding = Encoding {
             compression: Compression::ZIP16,
             blocks: Blocks::ScanLines,
