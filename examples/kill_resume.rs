@@ -24,7 +24,7 @@ max = [4, 5, 3]
 inward = true
 material = "grey"
 [objects.ball.sphere]
-at = [2, 3, 1]
+centre = [2, 3, 1]
 radius = 0.7
 material = "grey"
 [lights.lamp.point]
