@@ -31,7 +31,7 @@ resolution = [12, 8]
 [render]
 estimator = "path"
 checkpoint = 0.02
-stop = { relative_error = 0.02, walks = 4096 }
+stop = { relative_error = 0.02, walks = 8192 }
 "#;
 
 /// A folder with `room.toml`.

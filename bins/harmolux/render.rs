@@ -35,6 +35,7 @@ use super::{detail_report, interrupt, say};
   harmolux render room.toml -D render.stop.time=30s  stop after half a minute
   harmolux render room.toml -D render.estimator=path the reference estimator
   harmolux render room.toml --resume                 go on after Ctrl-C")]
+#[allow(clippy::option_option, reason = "--resume is absent, alone, or has a file")]
 pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) common: SceneArguments,

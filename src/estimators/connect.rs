@@ -154,7 +154,7 @@ impl<'a> Connector<'a> {
                     add(Source::PointLight, 0.0, connection);
                 });
             }
-            for node in walk.iter() {
+            for node in *walk {
                 let connection = self.connection(receiver, node, beyond.is_none());
                 let (source, known) = match node.start_density {
                     None => (Source::Reflection, 0.0),
