@@ -25,6 +25,7 @@ mod probe;
 mod progress;
 mod random;
 mod render;
+mod render_keep;
 mod render_target;
 mod repairs;
 mod say;

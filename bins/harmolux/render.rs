@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use harmolux::estimators::{Ending, Estimator, ImageSettings, Rendering, Stop, Weighting, render};
+use harmolux::estimators::{
+    Ending, Estimator, ImageSettings, Keeper, Rendering, SHARE_WITHIN, Stop, Weighting, render_on,
+};
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec, split_override};
 use harmolux::math::Randomness;
 use harmolux::scene::{Camera, Layer, Scene, Window};
@@ -20,7 +22,8 @@ use super::arguments::{SceneArguments, size};
 use super::exit::Code;
 use super::fit::about;
 use super::progress::{self, Meter};
-use super::render_target::open_outputs;
+use super::render_keep::Kept;
+use super::render_target::{Image, open_outputs};
 use super::{detail_report, interrupt, say};
 
 /// Render the luminance, cd/m2, that a camera sees
@@ -32,11 +35,13 @@ use super::{detail_report, interrupt, say};
   harmolux render room.toml -o out/a.png --quick     only a small PNG, fast
   harmolux render room.toml -D render.stop.time=30s  stop after half a minute
   harmolux render room.toml -D render.estimator=path the reference estimator
+  harmolux render room.toml --resume                 go on after Ctrl-C
   harmolux render room.toml --camera glare           another camera of the scene
   harmolux render room.toml --crop 100,50,420,290    a part of the picture, the same pixels to the bit
   harmolux render room.toml --layers normal,depth    these layers only in the EXR
 
 Cameras, filters, layers and files: docs/pictures.md")]
+#[allow(clippy::option_option, reason = "--resume is absent, alone, or has a file")]
 pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) common: SceneArguments,
@@ -61,6 +66,12 @@ pub(crate) struct Render {
     /// The layers of the EXR: all, none, or some of direct,indirect,normal,depth,id,albedo [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = LAYERS)]
     pub(crate) layers: Vec<String>,
+    /// Where the state of the run is saved, and stays [default: NAME.checkpoint beside the picture, removed when the run is complete]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) checkpoint: Option<PathBuf>,
+    /// Go on with an interrupted run, or add walks to a complete one [default: NAME.checkpoint beside the picture]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    pub(crate) resume: Option<Option<PathBuf>>,
 }
 
 /// What `--layers` takes.
@@ -84,34 +95,48 @@ fn factor(text: &str) -> std::result::Result<f64, String> {
     number.ok_or_else(|| "write a number above 0, such as 0.02".to_owned())
 }
 
+/// What the target of a picture is about.
+const ERROR: &str = "relative error of 95 % of the pixels";
+
 /// Runs the verb.
 pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let file = with_options(read_scene(&verb.common)?, verb)?;
     let camera = framed(camera(&file)?, &file, verb)?;
     let outputs = open_outputs(verb)?;
+    let mut kept = Kept::open(verb, &outputs)?;
     let loaded = tell(load_seen(&file, Some(&camera))?);
     check_view(&file, &loaded.scene, &camera)?;
     detail_report::tell(&loaded.details);
     let settings = settings(&file.render, &loaded.scene, &verb.common);
+    let film = kept.film(&file, &camera, &settings)?;
     interrupt::listen();
-    let meter = Meter::start("rendering", "median relative error");
-    let rendering = render(&loaded.scene, &camera, &settings, &|p| meter.show(p))
-        .map_err(|e| about(&verb.common.scene, e))?;
+    let meter = Meter::start("rendering", ERROR);
+    let encode = |image: Image, rendering: &Rendering| {
+        image.encode(rendering, &loaded.scene, &camera, &file, &settings)
+    };
+    let mut save = |so_far: &Rendering| kept.save(so_far, &outputs, &encode);
+    let keeper = Keeper { every: Kept::every(&file), save: &mut save };
+    let rendering =
+        render_on(&loaded.scene, &camera, &settings, film, &|p| meter.show(p), Some(keeper))
+            .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
+    kept.finish(&rendering);
     let mut written = Vec::new();
     for (image, output) in outputs {
         let path = output.path().to_owned();
-        output.write(&image.encode(&rendering, &loaded.scene, &camera, &file, &settings)?)?;
+        output.write(&encode(image, &rendering)?)?;
         written.push(path);
     }
     warn(&rendering);
     if as_json {
-        say::data(&report_json(&loaded, &rendering, &written).to_string());
+        say::data(
+            &report_json(&loaded, &rendering, settings.stop.relative_error, &written).to_string(),
+        );
     } else {
         report(&loaded.fits, &rendering, &written);
     }
-    let reached = rendering.film.median_relative_error();
-    Ok(code(rendering.ending, settings.stop, reached, "median relative error"))
+    let reached = rendering.film.relative_error_of(SHARE_WITHIN);
+    Ok(code(rendering.ending, settings.stop, reached, ERROR))
 }
 
 /// Reads a scene with the overrides of the command line.
@@ -301,19 +326,33 @@ fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
         "image",
         format!("{width} x {height}, mean {} cd/m2", say::significant(film.mean().0, 4)),
     ));
-    lines.push((
-        "walks",
-        format!("{} per pixel in {} replicates", rendering.walks_per_pixel, film.replicates()),
-    ));
+    let walks = rendering.walks_per_pixel;
+    let mean = rendering.mean_walks_per_pixel();
+    let rested = if mean < 0.995 * walks as f64 {
+        format!(" at most, {mean:.0} in the mean,")
+    } else {
+        String::new()
+    };
+    let replicates = film.replicates();
+    lines.push(("walks", format!("{walks} per pixel{rested} in {replicates} replicates")));
     lines.push(("time", progress::duration(rendering.elapsed)));
-    lines.push(("relative error", format!("{error} (median standard error of a pixel)")));
+    let most = film.relative_error_of(SHARE_WITHIN).map_or("unknown".to_owned(), say::percent);
+    lines.push((
+        "relative error",
+        format!("{error} (median standard error of a pixel), at most {most} in 95 % of the pixels"),
+    ));
     for path in written {
         lines.push(("written", path.display().to_string()));
     }
     say::pairs(&lines);
 }
 
-fn report_json(loaded: &Loaded, rendering: &Rendering, written: &[PathBuf]) -> serde_json::Value {
+fn report_json(
+    loaded: &Loaded,
+    rendering: &Rendering,
+    target: Option<f64>,
+    written: &[PathBuf],
+) -> serde_json::Value {
     let film = &rendering.film;
     let objects: Vec<_> = loaded
         .fits
@@ -340,9 +379,12 @@ fn report_json(loaded: &Loaded, rendering: &Rendering, written: &[PathBuf]) -> s
         "mean_luminance": mean,
         "mean_luminance_stderr": standard_error,
         "walks_per_pixel": rendering.walks_per_pixel,
+        "mean_walks_per_pixel": rendering.mean_walks_per_pixel(),
         "replicates": film.replicates(),
         "seconds": rendering.elapsed.as_secs_f64(),
         "median_relative_error": film.median_relative_error(),
+        "relative_error_of_95_percent": film.relative_error_of(SHARE_WITHIN),
+        "share_within_target": target.map(|target| film.share_within(target)),
         "escaped": rendering.escaped,
         "caustic": rendering.caustic,
         "spoilt_samples": film.spoilt(),

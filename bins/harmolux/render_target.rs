@@ -7,7 +7,7 @@ use harmolux::estimators::{Estimator, ImageSettings, Rendering, Weighting};
 use harmolux::io::images::{Attribute, Exr, png};
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::{RenderSpec, SceneFile};
-use harmolux::scene::{Camera, FirstHits, Layer, Scene};
+use harmolux::scene::{Camera, Film, FirstHits, Layer, Scene};
 use serde_json::{Map, Value};
 
 use super::render::Render;
@@ -35,7 +35,7 @@ impl Image {
             Self::Exr => {
                 let layers = file.render.layers.as_deref().unwrap_or(&Layer::ALL);
                 let hits = FirstHits { scene, camera, filter: settings.filter };
-                let exr = with_layers(measured(rendering)?, layers, &hits)?;
+                let exr = with_layers(measured(rendering)?, layers, &rendering.film, &hits)?;
                 described(exr, rendering, camera, file, settings)?.into_bytes()
             }
         }
@@ -68,18 +68,19 @@ fn measured(rendering: &Rendering) -> Result<Exr> {
     let [width, height] = film.size();
     Exr::new(width, height)
         .with_colour("", &film.image())?
-        .with_values("stderr.Y", &film.standard_errors())
+        .with_channel("stderr.Y", (0..width * height).map(|i| film.standard_error(i)))
 }
 
-/// Adds the layers of the shapes; those of the light come from the film.
-fn with_layers(exr: Exr, layers: &[Layer], hits: &FirstHits) -> Result<Exr> {
+/// Adds the layers: those of the light from the film, those of the shapes from first hits.
+fn with_layers(exr: Exr, layers: &[Layer], film: &Film, hits: &FirstHits) -> Result<Exr> {
     let mut exr = exr;
     let three = |exr: Exr, names: [&str; 3], values: [Vec<f32>; 3]| {
         names.into_iter().zip(values).try_fold(exr, |exr, (n, v)| exr.with_samples(n, v))
     };
     for layer in Layer::ALL.into_iter().filter(|layer| layers.contains(layer)) {
         exr = match layer {
-            Layer::Direct | Layer::Indirect => exr,
+            Layer::Direct => exr.with_colour("direct", &film.direct())?,
+            Layer::Indirect => exr.with_colour("indirect", &film.indirect())?,
             Layer::Normal => three(exr, ["normal.X", "normal.Y", "normal.Z"], hits.normal())?,
             Layer::Albedo => three(exr, ["albedo.R", "albedo.G", "albedo.B"], hits.albedo())?,
             Layer::Depth => exr.with_samples("depth.Z", hits.depth())?,

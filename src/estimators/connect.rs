@@ -22,47 +22,13 @@ use crate::math::{Ray, Rgb, Stream};
 use crate::scene::{BrdfSample, Scene, Vertex};
 use crate::surface::Hit;
 
+pub(super) use crate::scene::Light;
+
 use super::direct;
 use super::flat_lights::Outlook;
 use super::receiver::Receiver;
 use super::walk::{Launcher, Node};
 use super::weighting::Weighting;
-
-/// Separates what came straight from a source from what was reflected before.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Light {
-    /// Straight from lights and emitting surfaces.
-    pub direct: Rgb,
-    /// After at least one reflection.
-    pub indirect: Rgb,
-}
-
-impl Light {
-    /// What a walk or a path brings that is spoilt by a place, a normal or a flux that is no number: it is counted, and nothing of it is added.
-    pub(super) const SPOILT: Self = Self { direct: Rgb::BLACK, indirect: Rgb::grey(f64::NAN) };
-
-    /// Gives both together.
-    pub fn total(&self) -> Rgb {
-        self.direct + self.indirect
-    }
-}
-
-impl std::iter::Sum for Light {
-    fn sum<I: Iterator<Item = Self>>(lights: I) -> Self {
-        lights.fold(Self::default(), |sum, light| Self {
-            direct: sum.direct + light.direct,
-            indirect: sum.indirect + light.indirect,
-        })
-    }
-}
-
-impl std::ops::Div<f64> for Light {
-    type Output = Self;
-
-    fn div(self, divisor: f64) -> Self {
-        Self { direct: self.direct / divisor, indirect: self.indirect / divisor }
-    }
-}
 
 /// Connects walks to receivers in a scene under a weighting.
 pub(super) struct Connector<'a> {
@@ -179,7 +145,7 @@ impl<'a> Connector<'a> {
         batch.connections.clear();
         for to in level {
             let Estimate { receiver, walk, beyond, stream, light, .. } = &mut batch.estimates[to];
-            if !walk.iter().all(Node::is_sound) {
+            if !walk.last().is_none_or(Node::is_sound) {
                 *light = Light::SPOILT;
                 continue;
             }

@@ -16,12 +16,13 @@ mod replicates;
 mod walk;
 mod weighting;
 
-pub use connect::Light;
 pub use groups::{Bracket, GroupSummary};
-pub use image::{Estimator, ImageSettings, Rendering, render};
+pub use image::{Estimator, ImageSettings, Keeper, Rendering, SHARE_WITHIN, render, render_on};
 pub use local::{SensorEstimator, SensorSettings, Survey, illuminance, luminance};
 pub use radiosity::{Exchange, MAX_PATCHES, RadiositySettings};
 pub use receiver::Receiver;
 pub use replicates::{Ending, Observer, Progress, REPLICATES, Stop};
 pub use walk::{Launcher, Node};
 pub use weighting::Weighting;
+
+pub use crate::scene::Light;

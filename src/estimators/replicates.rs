@@ -11,7 +11,7 @@ pub const REPLICATES: usize = 32;
 /// Says when to stop; the first condition that is met ends the run. With none, the run takes its smallest size.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stop {
-    /// Stops when the median (images) or the largest (sensors) relative standard error (images) or 95 % half width (sensors) is at most this; for sensors
+    /// Stops when the relative standard error of 95 % of the pixels (images) or the largest relative 95 % half width (sensors) is at most this; for sensors
     /// only if half as many walks came within a factor sqrt 2 of it, so that an error that is small by chance does not end the run.
     pub relative_error: Option<f64>,
     /// Stops after this time.

@@ -28,7 +28,7 @@ pub struct Node<'a> {
 }
 
 impl Node<'_> {
-    /// Tells whether place, normal and flux are numbers; a walk with another node is spoilt.
+    /// Tells whether place, normal and flux are numbers. Another node is the last of its walk, which it spoils.
     pub(super) fn is_sound(&self) -> bool {
         self.vertex.is_sound() && self.flux.is_finite()
     }

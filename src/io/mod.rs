@@ -1,5 +1,6 @@
 //! Files in and out: meshes, coefficients, scenes, images, tables, and the rules by which anything is written.
 
+pub mod checkpoint;
 pub mod coefficients;
 pub mod images;
 pub mod meshes;

@@ -168,7 +168,15 @@ impl Output {
     /// [`Error::Io`] when the system refuses, or when a foreign file has come to stand there since [`Output::open`]; the bytes are
     /// then kept under the name that the message says, if they could be written at all. The old file is as it was.
     pub fn write(self, bytes: &[u8]) -> Result<()> {
-        let temporary = self.fill(bytes).map_err(|e| Error::io(&self.path, "write", e))?;
+        self.write_with(&mut |file| file.write_all(bytes))
+    }
+
+    /// Writes the file as [`Output::write`] does, by parts and as often as wanted.
+    ///
+    /// # Errors
+    /// As [`Output::write`].
+    pub fn write_with(&self, fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+        let temporary = self.fill(fill).map_err(|e| Error::io(&self.path, "write", e))?;
         if let Err(reason) = self.check_present() {
             return Err(self.keep(temporary, &reason));
         }
@@ -250,9 +258,12 @@ impl Output {
         builder.tempfile_in(self.folder())
     }
 
-    fn fill(&self, bytes: &[u8]) -> io::Result<NamedTempFile> {
+    fn fill(
+        &self,
+        fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>,
+    ) -> io::Result<NamedTempFile> {
         let mut temporary = self.temporary()?;
-        temporary.write_all(bytes)?;
+        fill(&mut temporary)?;
         if let Ok(present) = fs::metadata(&self.target) {
             temporary.as_file().set_permissions(present.permissions())?;
         }

@@ -16,7 +16,8 @@ mod world;
 
 pub use brdf::{Brdf, BrdfSample};
 pub use camera::{Camera, FisheyeMapping, Projection, Window};
-pub use film::{Film, MAX_PIXELS, Pixel};
+pub(crate) use film::LONGEST;
+pub use film::{DARKEST, Film, Light, MAX_PIXELS};
 pub use filter::Filter;
 pub use glossy::{Glossy, SMOOTHEST};
 pub use layers::{FirstHits, Layer};

@@ -5,9 +5,9 @@ mod splat;
 
 use std::time::Duration;
 
-use crate::Result;
-use crate::math::{Randomness, Rgb};
+use crate::math::Randomness;
 use crate::scene::{Camera, Film, Filter, Scene};
+use crate::{Error, Result};
 
 use self::pass::{Pass, WALKS_PER_SAMPLE};
 use super::connect::Light;
@@ -58,14 +58,26 @@ pub struct Rendering {
     pub elapsed: Duration,
 }
 
+/// Saves a run now and then, so that it can be taken up again.
+pub struct Keeper<'a> {
+    /// The least time between the end of one saving and the next; longer where saving takes more than a tenth of the time.
+    pub every: Duration,
+    /// Saves what there is after a complete pass.
+    pub save: &'a mut dyn FnMut(&Rendering),
+}
+
 /// Passes that are made whatever the time or the observer says: two replicates are the least that give an error.
 const FEWEST_PASSES: usize = 2;
 
+/// The share of the pixels that must meet the target error.
+pub const SHARE_WITHIN: f64 = 0.95;
+
 /// Renders the luminance, cd/m2, of every pixel of a camera.
 ///
-/// Only the window of the camera is computed; its pixels are, to the bit, those that the whole picture has there after as many walks. The pixel filter is
-/// sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
-/// when the number of samples has doubled. Time limits and interruption abandon the pass under way; at least two passes are made.
+/// Only the window of the camera is computed; without a target error its pixels are, to the bit, those that the whole picture has there after as many
+/// walks. The pixel filter is sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
+/// when the number of samples has doubled. With a target error, pixels that are known well enough rest for part of the samples ([`Film::plan`]), and the run
+/// ends when [`SHARE_WITHIN`] of the pixels meet it. Time limits and interruption abandon the pass under way; at least two passes are made.
 ///
 /// # Errors
 /// [`crate::Error::Parameter`] when the scene has no light or the image has too many pixels.
@@ -75,52 +87,136 @@ pub fn render(
     settings: &ImageSettings,
     observer: Observer,
 ) -> Result<Rendering> {
+    let film = Film::new(camera.window().size(), REPLICATES)?;
+    render_on(scene, camera, settings, film, observer, None)
+}
+
+/// Goes on with a film that [`render`] left, until `settings.stop` is met anew (walks count from the very start, time from now).
+///
+/// All but the stop must be as it was; then the result is, to the bit, that of a run never interrupted. `keeper` is asked to save in between.
+///
+/// # Errors
+/// As [`render`]; also when the film is not of the camera's size or not of [`REPLICATES`] replicates.
+pub fn render_on(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &ImageSettings,
+    film: Film,
+    observer: Observer,
+    mut keeper: Option<Keeper>,
+) -> Result<Rendering> {
     let launcher = Launcher::new(scene)?;
-    let mut film = Film::new(camera.window().size(), REPLICATES)?;
+    check_film(&film, camera.window().size())?;
     let mut control = Control::new(settings.stop);
-    let mut escaped = Rgb::BLACK;
-    let per_pixel = |passes: usize| (passes * WALKS_PER_SAMPLE) as u64;
-    let mut samples = vec![Light::default(); film.size().iter().product()];
-    let ending = loop {
-        let pass = Pass::new(scene, &launcher, settings, film.passes());
-        let cancelled = pass.fill(camera, &mut samples, &|rows| {
+    let mut run = Rendering {
+        film,
+        ending: Ending::Interrupted,
+        walks_per_pixel: 0,
+        escaped: 0.0,
+        caustic: launcher.caustic_share(settings.randomness, settings.seed),
+        elapsed: Duration::ZERO,
+    };
+    let mut samples = Vec::new();
+    let mut saved = (Duration::ZERO, Duration::ZERO);
+    loop {
+        run.account(&launcher, &control);
+        if let Some(ending) = run.ending(&mut control, observer) {
+            run.ending = ending;
+            return Ok(run);
+        }
+        if let Some(Keeper { every, save }) = &mut keeper {
+            let (at, took) = saved;
+            if control.elapsed() >= at + (*every).max(9 * took) {
+                // The film and what is written of it need the memory.
+                samples = Vec::new();
+                let start = control.elapsed();
+                save(&run);
+                saved = (control.elapsed(), control.elapsed().saturating_sub(start));
+            }
+        }
+        if run.film.is_between_stages() {
+            run.film.plan(settings.stop.relative_error);
+        }
+        samples.resize(run.film.size().iter().product(), Light::default());
+        if run.pass(scene, &launcher, camera, settings, (&control, observer), &mut samples) {
+            run.account(&launcher, &control);
+            run.ending = if control.is_late() { Ending::Time } else { Ending::Interrupted };
+            return Ok(run);
+        }
+    }
+}
+
+impl Rendering {
+    /// Brings the figures up to the film.
+    fn account(&mut self, launcher: &Launcher, control: &Control) {
+        let emitted = launcher.power() * self.film.passes() as f64;
+        self.walks_per_pixel = (self.film.passes() * WALKS_PER_SAMPLE) as u64;
+        self.escaped = if emitted > 0.0 { self.film.escaped().luminance() / emitted } else { 0.0 };
+        self.elapsed = control.elapsed();
+    }
+
+    /// Gives the walks (or paths) of a pixel in the mean; fewer than [`Rendering::walks_per_pixel`] when pixels rested.
+    pub fn mean_walks_per_pixel(&self) -> f64 {
+        let pixels = self.film.size().iter().product::<usize>();
+        self.film.samples() as f64 * WALKS_PER_SAMPLE as f64 / pixels as f64
+    }
+
+    /// Tells whether and why a run is over after a complete pass.
+    fn ending(&self, control: &mut Control, observer: Observer) -> Option<Ending> {
+        if self.film.is_between_stages() {
+            if control.meets_target(self.film.relative_error_of(SHARE_WITHIN)) {
+                return Some(Ending::Error);
+            }
+            if control.is_open_ended() {
+                return Some(Ending::Walks);
+            }
+        }
+        if self.film.passes() < FEWEST_PASSES {
+            return None;
+        }
+        let over = control.is_over(self.walks_per_pixel);
+        let broken = || control.report(self.walks_per_pixel, observer).is_break();
+        over.or_else(|| broken().then_some(Ending::Interrupted))
+    }
+
+    /// Takes a pass; tells whether it was abandoned, in which case the film is as it was.
+    fn pass(
+        &mut self,
+        scene: &Scene,
+        launcher: &Launcher,
+        camera: &Camera,
+        settings: &ImageSettings,
+        (control, observer): (&Control, Observer),
+        samples: &mut [Light],
+    ) -> bool {
+        let film = &self.film;
+        let pass = Pass::new(scene, launcher, settings, film);
+        let cancelled = pass.fill(camera, samples, &|rows| {
             let share = rows as f64 / film.size()[1] as f64;
-            let walks = per_pixel(film.passes()) + (share * WALKS_PER_SAMPLE as f64) as u64;
+            let walks = self.walks_per_pixel + (share * WALKS_PER_SAMPLE as f64) as u64;
             let broken = control.report(walks, observer).is_break();
             film.passes() >= FEWEST_PASSES && (broken || control.is_late())
         });
-        if cancelled {
-            break if control.is_late() { Ending::Time } else { Ending::Interrupted };
+        if !cancelled {
+            pass.splat(camera, samples);
+            let escaped = pass.escaped;
+            self.film.add_escaped(escaped);
+            self.film.add_pass(samples);
         }
-        pass.splat(camera, &mut samples);
-        escaped += pass.escaped;
-        let totals: Vec<Rgb> = samples.iter().map(Light::total).collect();
-        film.add_pass(&totals);
-        let walks = per_pixel(film.passes());
-        let rounds = film.passes() / REPLICATES;
-        let doubled = film.passes().is_multiple_of(REPLICATES) && rounds.is_power_of_two();
-        if doubled && control.meets_target(film.median_relative_error()) {
-            break Ending::Error;
-        }
-        if doubled && control.is_open_ended() {
-            break Ending::Walks;
-        }
-        if film.passes() >= FEWEST_PASSES {
-            if control.report(walks, observer).is_break() {
-                break Ending::Interrupted;
-            }
-            if let Some(ending) = control.is_over(walks) {
-                break ending;
-            }
-        }
-    };
-    let emitted = launcher.power() * film.passes() as f64;
-    Ok(Rendering {
-        ending,
-        walks_per_pixel: per_pixel(film.passes()),
-        escaped: escaped.luminance() / emitted,
-        caustic: launcher.caustic_share(settings.randomness, settings.seed),
-        elapsed: control.elapsed(),
-        film,
-    })
+        cancelled
+    }
+}
+
+fn check_film(film: &Film, resolution: [u32; 2]) -> Result<()> {
+    let size = resolution.map(|n| n as usize);
+    if film.size() == size && film.replicates == REPLICATES {
+        return Ok(());
+    }
+    Err(Error::Parameter(format!(
+        "a film of {} x {} pixels cannot go on as {} x {}",
+        film.size()[0],
+        film.size()[1],
+        size[0],
+        size[1]
+    )))
 }

@@ -6,13 +6,13 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::math::{Rgb, Stream, hash};
-use crate::scene::{Camera, Scene, Vertex};
+use crate::scene::{Camera, Film, Scene, Vertex};
 
 use super::super::connect::{Batch, Connector, Light, through_mirror};
 use super::super::direct;
 use super::super::path::PathTracer;
 use super::super::receiver::Receiver;
-use super::super::replicates::{REPLICATES, seed};
+use super::super::replicates::seed;
 use super::super::walk::{Launcher, Node};
 use super::super::weighting::Weighting;
 use super::{Estimator, ImageSettings, splat};
@@ -33,9 +33,8 @@ pub(super) struct Pass<'a> {
     scene: &'a Scene,
     connector: Connector<'a>,
     settings: &'a ImageSettings,
-    replicate: usize,
-    /// How many samples this replicate has taken before.
-    round: u64,
+    /// Says which pixels take a sample, and its index.
+    film: &'a Film,
     walks: Vec<Vec<Node<'a>>>,
     /// The mean flux per walk that left the scene.
     pub(super) escaped: Rgb,
@@ -46,17 +45,16 @@ impl<'a> Pass<'a> {
         scene: &'a Scene,
         launcher: &'a Launcher<'a>,
         settings: &'a ImageSettings,
-        passes: usize,
+        film: &'a Film,
     ) -> Self {
-        let (replicate, round) = (passes % REPLICATES, (passes / REPLICATES) as u64);
         let (count, weighting) = match settings.estimator {
             Estimator::DoubleLocal(weighting) => (BLOCKS_PER_PASS * WALKS_PER_SAMPLE, weighting),
             Estimator::Path => (0, Weighting::Walk),
         };
         let launch = |i: usize| {
-            let index = round * count as u64 + i as u64;
+            let index = film.round() * count as u64 + i as u64;
             let mut stream =
-                Stream::new(settings.randomness, seed(settings.seed, replicate, WALKS), index);
+                Stream::new(settings.randomness, seed_of(settings, film, WALKS), index);
             let mut nodes = Vec::new();
             let escaped = launcher.walk(&mut stream, &mut nodes);
             (nodes, escaped)
@@ -66,14 +64,13 @@ impl<'a> Pass<'a> {
             scene,
             connector: Connector::new(scene, launcher, weighting),
             settings,
-            replicate,
-            round,
+            film,
             walks,
             escaped: lost.into_iter().sum::<Rgb>() / count.max(1) as f64,
         }
     }
 
-    /// Takes a sample of every pixel. After each row `cancel` is told how many are done; when it says so, the pass is abandoned, which is returned.
+    /// Takes a sample of every pixel that does not rest. After each row `cancel` is told how many are done; when it says so, the pass is abandoned, which is returned.
     pub(super) fn fill(
         &self,
         camera: &Camera,
@@ -91,11 +88,14 @@ impl<'a> Pass<'a> {
             }
             let mut batch = Batch::default();
             for (column, sample) in line.iter_mut().enumerate() {
+                let index = self.film.index(row * width as usize + column);
                 // Places in the whole picture, so that a window has the random numbers it has there.
                 let (column, row) = (column as u64 + u64::from(left), row as u64 + u64::from(top));
-                let pixel = row * whole_width + column;
                 let corner = DVec2::new(column as f64, row as f64);
-                *sample = self.sample(camera, &tracer, &mut batch, pixel, corner);
+                *sample = index.map_or(Light::default(), |index| {
+                    let place = [row * whole_width + column, index];
+                    self.sample(camera, &tracer, &mut batch, place, corner)
+                });
             }
             if cancel(rows.fetch_add(1, Ordering::Relaxed) + 1) {
                 cancelled.store(true, Ordering::Relaxed);
@@ -121,11 +121,11 @@ impl<'a> Pass<'a> {
         camera: &Camera,
         tracer: &PathTracer,
         batch: &mut Batch<'b>,
-        pixel: u64,
+        [pixel, index]: [u64; 2],
         corner: DVec2,
     ) -> Light {
-        let seed = hash([seed(self.settings.seed, self.replicate, EYE), pixel]);
-        let mut stream = Stream::new(self.settings.randomness, seed, self.round);
+        let seed = hash([seed_of(self.settings, self.film, EYE), pixel]);
+        let mut stream = Stream::new(self.settings.randomness, seed, index);
         let [u, v, mut roulette, _] = stream.next_4d();
         let film = corner + 0.5 + self.settings.filter.sample([u, v]);
         let Some(mut ray) = camera.ray(film) else { return Light::default() };
@@ -137,7 +137,7 @@ impl<'a> Pass<'a> {
             *(if mirrors < 2 { &mut light.direct } else { &mut light.indirect }) += emitted;
             if vertex.albedo() > 0.0 {
                 let Light { direct, indirect } =
-                    self.reflected(tracer, batch, &vertex, [pixel, mirrors], &mut stream);
+                    self.reflected(tracer, batch, &vertex, [pixel, index, mirrors], &mut stream);
                 *(if mirrors < 1 { &mut light.direct } else { &mut light.indirect }) +=
                     left * direct;
                 light.indirect += left * indirect;
@@ -157,23 +157,21 @@ impl<'a> Pass<'a> {
         tracer: &PathTracer,
         batch: &mut Batch<'b>,
         vertex: &Vertex<'b>,
-        [pixel, mirrors]: [u64; 2],
+        [pixel, index, mirrors]: [u64; 3],
         eye: &mut Stream,
     ) -> Light {
         let stream = |index| {
-            let own = hash([seed(self.settings.seed, self.replicate, GATHER), pixel]);
+            let own = hash([seed_of(self.settings, self.film, GATHER), pixel]);
             let own = if mirrors == 0 { own } else { hash([own, mirrors]) };
             Stream::new(self.settings.randomness, own, index)
         };
         let receiver = Receiver::reflecting(vertex);
         let mut direct = direct::few_point_lights(self.scene, &receiver, eye);
-        let indices =
-            (0..WALKS_PER_SAMPLE as u64).map(|k| self.round * WALKS_PER_SAMPLE as u64 + k);
+        let indices = (0..WALKS_PER_SAMPLE as u64).map(|k| index * WALKS_PER_SAMPLE as u64 + k);
         let sampled: Light = match self.settings.estimator {
             Estimator::Path => indices.map(|i| tracer.trace(&receiver, &mut stream(i))).sum(),
             Estimator::DoubleLocal(_) => {
-                let picked =
-                    hash([seed(self.settings.seed, self.replicate, PICK), pixel, self.round]);
+                let picked = hash([seed_of(self.settings, self.film, PICK), pixel, index]);
                 let block = picked as usize % BLOCKS_PER_PASS;
                 let walks = &self.walks[block * WALKS_PER_SAMPLE..];
                 let walks = walks.iter().map(Vec::as_slice);
@@ -186,4 +184,12 @@ impl<'a> Pass<'a> {
         let mean = sampled / WALKS_PER_SAMPLE as f64;
         Light { direct: direct + mean.direct, indirect: mean.indirect }
     }
+}
+
+/// Gives the seed of one use of random numbers in the pass that a film takes next.
+///
+/// Points of one scrambled sequence know of each other, so a stage that was planned by earlier ones has a scramble of its own.
+fn seed_of(settings: &ImageSettings, film: &Film, purpose: u64) -> u64 {
+    let own = seed(settings.seed, film.replicate(), purpose);
+    if film.scramble() == 0 { own } else { hash([own, film.scramble()]) }
 }

@@ -97,11 +97,11 @@ impl Exr {
     /// # Errors
     /// [`Error::Parameter`] when the number of pixels does not fit the size, or a channel of that name is there already.
     pub fn with_colour(self, layer: &str, pixels: &[Rgb]) -> Result<Self> {
-        let of = |value: fn(&Rgb) -> f64| -> Vec<f64> { pixels.iter().map(value).collect() };
-        self.with_values(&channel_name(layer, "R"), &of(|p| p.0[0]))?
-            .with_values(&channel_name(layer, "G"), &of(|p| p.0[1]))?
-            .with_values(&channel_name(layer, "B"), &of(|p| p.0[2]))?
-            .with_values(&channel_name(layer, "Y"), &of(|p| p.luminance()))
+        let name = |channel| channel_name(layer, channel);
+        self.with_channel(&name("R"), pixels.iter().map(|p| p.0[0]))?
+            .with_channel(&name("G"), pixels.iter().map(|p| p.0[1]))?
+            .with_channel(&name("B"), pixels.iter().map(|p| p.0[2]))?
+            .with_channel(&name("Y"), pixels.iter().map(|p| p.luminance()))
     }
 
     /// Adds one channel; `name` is `LAYER.CHANNEL`, as `stderr.Y`. NaN and infinities are stored as they are.
@@ -110,6 +110,14 @@ impl Exr {
     /// As [`Exr::with_colour`].
     pub fn with_values(self, name: &str, values: &[f64]) -> Result<Self> {
         self.with_samples(name, values.iter().map(|v| *v as f32).collect())
+    }
+
+    /// Adds one channel as [`Exr::with_values`] does, value by value: a large image needs no memory for them all.
+    ///
+    /// # Errors
+    /// As [`Exr::with_colour`].
+    pub fn with_channel(self, name: &str, values: impl Iterator<Item = f64>) -> Result<Self> {
+        self.with_samples(name, values.map(|v| v as f32).collect())
     }
 
     /// Adds one channel as it will be stored.

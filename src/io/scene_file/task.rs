@@ -35,6 +35,9 @@ pub struct RenderSpec {
     /// When to stop.
     #[serde(deserialize_with = "table")]
     pub stop: StopSpec,
+    /// The time between checkpoints, above 0; a default when left out.
+    #[serde(deserialize_with = "time_if")]
+    pub checkpoint: Option<Duration>,
     /// The factor from luminance to PNG, above 0; chosen from the picture when left out.
     #[serde(deserialize_with = "number_if::<Above0, _>")]
     pub exposure: Option<f64>,

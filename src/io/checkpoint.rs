@@ -1,0 +1,447 @@
+//! Checkpoints: a picture under way, to be taken up again to the bit, and what must be the same for that.
+//!
+//! Little endian. A text is its length in bytes (4 bytes) and UTF-8.
+//!
+//! ```text
+//! bytes  what
+//!     8  89 48 58 4b 0d 0a 1a 0a: spoilt by every transfer that takes the file for text
+//!     2  version, 1
+//!     4  number of fields; of each its name and its value follow, two texts
+//!    12  width, height, replicates
+//!     8  passes
+//!     1  1 when the present stage was planned, else 0
+//!    16  samples, spoilt samples
+//!    24  flux that left the scene: R, G, B
+//!     4  CRC-32 of all bytes before
+//! ```
+//!
+//! Then for each pixel, top row first: sums of direct and indirect light (6 x 8 bytes), spoilt weight, spread (2 x 4), logarithm of the stride (1), sums of the
+//! replicates (4 each); and the CRC-32 of all bytes before. Nothing follows. A field says what must be the same for a run to go on.
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, ErrorKind, Read, Write};
+use std::path::Path;
+
+use super::output::{Kind, Output, SOFTWARE};
+use super::scene_file::{ObjectSpec, SceneFile};
+use crate::error::InputError;
+use crate::math::Rgb;
+use crate::scene::{Film, LONGEST, Light};
+use crate::{Error, Result};
+
+/// Begins every checkpoint.
+pub const MAGIC: [u8; 8] = *b"\x89HXK\r\n\x1a\n";
+
+const VERSION: u16 = 1;
+
+/// The bytes of a pixel without those of its replicates.
+const PIXEL: usize = 57;
+
+/// More fields, and longer texts, are no header of ours.
+const MOST_FIELDS: u32 = 1 << 16;
+const LONGEST_TEXT: u32 = 1 << 24;
+
+impl Kind {
+    /// A checkpoint of a picture.
+    pub const CHECKPOINT: Self = Self::signed("a checkpoint", &["checkpoint"], &MAGIC);
+}
+
+/// Says all that must be the same for a run to go on: names and values, in order.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Fingerprint {
+    fields: Vec<(String, String)>,
+}
+
+impl Fingerprint {
+    /// Takes the program's version.
+    pub fn new() -> Self {
+        Self::default().with("program", SOFTWARE)
+    }
+
+    /// Adds a field.
+    pub fn with(mut self, name: &str, value: impl Into<String>) -> Self {
+        self.fields.push((name.to_owned(), value.into()));
+        self
+    }
+
+    /// Adds what a scene says of materials, objects and lights, and the contents of the files it refers to. Comments, layout, sensors and
+    /// stop rules may change.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when such a file cannot be read.
+    pub fn with_scene(mut self, scene: &SceneFile) -> Result<Self> {
+        for (name, material) in &scene.materials {
+            self = self.with(&format!("materials.{name}"), format!("{material:?}"));
+        }
+        for (name, light) in &scene.lights {
+            self = self.with(&format!("lights.{name}"), format!("{light:?}"));
+        }
+        for (name, object) in &scene.objects {
+            self = self.with(&format!("objects.{name}"), format!("{object:?}"));
+            let file = match object {
+                ObjectSpec::Sh(sh) => &sh.file,
+                ObjectSpec::Mesh(mesh) => &mesh.file,
+                _ => continue,
+            };
+            let path = &file.resolved;
+            let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+            let value = format!("{} bytes, CRC-32 {:08x}", bytes.len(), crc32fast::hash(&bytes));
+            self = self.with(&format!("the file of objects.{name}"), value);
+        }
+        Ok(self)
+    }
+
+    /// Says what differs from `other`, the present one; `None` when they agree.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let value = |all: &Self, name: &str| {
+            all.fields.iter().find(|(n, _)| n == name).map(|(_, value)| value.clone())
+        };
+        let names = self.fields.iter().chain(&other.fields).map(|(name, _)| name);
+        for name in names {
+            match (value(self, name), value(other, name)) {
+                (Some(then), Some(now)) if then == now => {}
+                (Some(then), Some(now)) => {
+                    let [then, now] = around_difference(&then, &now);
+                    return Some(format!("{name} was `{then}`, is `{now}`"));
+                }
+                (Some(_), None) => return Some(format!("{name} was there, is not")),
+                (None, _) => return Some(format!("{name} was not there")),
+            }
+        }
+        None
+    }
+}
+
+/// Cuts two texts to where they first differ.
+fn around_difference(one: &str, other: &str) -> [String; 2] {
+    const BEFORE: usize = 40;
+    const LENGTH: usize = 100;
+    let same = one.chars().zip(other.chars()).take_while(|(a, b)| a == b).count();
+    let start = if one.chars().count().max(other.chars().count()) <= LENGTH {
+        0
+    } else {
+        same.saturating_sub(BEFORE)
+    };
+    [one, other].map(|text| {
+        let part: String = text.chars().skip(start).take(LENGTH).collect();
+        let more = if text.chars().count() > start + LENGTH { "..." } else { "" };
+        format!("{}{part}{more}", if start > 0 { "..." } else { "" })
+    })
+}
+
+/// Writes a film and its fingerprint, whole or not at all.
+///
+/// # Errors
+/// [`Error::Io`] when the system refuses; what stood there before is as it was.
+pub fn write(output: &Output, fingerprint: &Fingerprint, film: &Film) -> Result<()> {
+    output.write_with(&mut |file| {
+        let mut sealed = Sealed { inner: BufWriter::new(file), check: crc32fast::Hasher::new() };
+        write_header(&mut sealed, fingerprint, film)?;
+        sealed.seal()?;
+        let sums = film.sums.chunks_exact(film.replicates);
+        let mut bytes = Vec::new();
+        for (pixel, sums) in film.pixels.iter().zip(sums) {
+            bytes.clear();
+            let Light { direct, indirect } = pixel.light;
+            for value in direct.0.iter().chain(&indirect.0) {
+                bytes.extend(value.to_le_bytes());
+            }
+            bytes.extend(pixel.spoilt.to_le_bytes());
+            bytes.extend(pixel.spread.to_le_bytes());
+            bytes.push(pixel.stride);
+            bytes.extend(sums.iter().flat_map(|sum| sum.to_le_bytes()));
+            sealed.write_all(&bytes)?;
+        }
+        sealed.seal()?;
+        sealed.inner.flush()
+    })
+}
+
+fn write_header(file: &mut impl Write, fingerprint: &Fingerprint, film: &Film) -> io::Result<()> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend((fingerprint.fields.len() as u32).to_le_bytes());
+    for text in fingerprint.fields.iter().flat_map(|(name, value)| [name, value]) {
+        bytes.extend((text.len() as u32).to_le_bytes());
+        bytes.extend(text.as_bytes());
+    }
+    let [width, height] = film.size();
+    for number in [width, height, film.replicates] {
+        bytes.extend((number as u32).to_le_bytes());
+    }
+    bytes.extend(film.passes.to_le_bytes());
+    bytes.push(u8::from(film.planned));
+    bytes.extend([film.samples, film.spoilt].iter().flat_map(|n| n.to_le_bytes()));
+    bytes.extend(film.escaped.0.iter().flat_map(|v| v.to_le_bytes()));
+    file.write_all(&bytes)
+}
+
+/// Keeps the CRC-32 of what goes through.
+struct Sealed<F> {
+    inner: F,
+    check: crc32fast::Hasher,
+}
+
+impl<F: Write> Sealed<F> {
+    fn seal(&mut self) -> io::Result<()> {
+        let check = self.check.clone().finalize();
+        self.write_all(&check.to_le_bytes())
+    }
+}
+
+impl<F: Write> Write for Sealed<F> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.inner.write(bytes)?;
+        self.check.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+/// Reads the film of a checkpoint whose run is the one of `present`.
+///
+/// # Errors
+/// [`Error::Io`] when the file cannot be read; [`Error::Input`] when it is no checkpoint, damaged, of another version, or of a run that differs, with the first
+/// difference; [`Error::Parameter`] when the film is beyond memory.
+pub fn read(path: &Path, present: &Fingerprint) -> Result<Film> {
+    let file = File::open(path).map_err(|e| Error::io(path, "read", e))?;
+    let length = file.metadata().map_err(|e| Error::io(path, "read", e))?.len();
+    let check = crc32fast::Hasher::new();
+    let mut from = Reader { path, file: BufReader::new(file), check, taken: 0 };
+    let header = from.header(present)?;
+    let [width, height, replicates] = header.size;
+    let pixels = u64::from(width) * u64::from(height);
+    let rest = pixels.saturating_mul(PIXEL as u64 + 4 * u64::from(replicates)).saturating_add(4);
+    if length.saturating_sub(from.taken) != rest {
+        return Err(from.broken("it is cut off, or something follows it"));
+    }
+    let mut film = Film::new([width, height], replicates as usize)?;
+    film.passes = header.passes;
+    film.planned = header.planned;
+    [film.samples, film.spoilt] = header.samples;
+    film.escaped = header.escaped;
+    from.pixels(&mut film)?;
+    Ok(film)
+}
+
+struct Header {
+    size: [u32; 3],
+    passes: u64,
+    planned: bool,
+    samples: [u64; 2],
+    escaped: Rgb,
+}
+
+/// Takes bytes from a checkpoint, and says what is wrong in terms of the file.
+struct Reader<'a> {
+    path: &'a Path,
+    file: BufReader<File>,
+    check: crc32fast::Hasher,
+    taken: u64,
+}
+
+impl Reader<'_> {
+    fn header(&mut self, present: &Fingerprint) -> Result<Header> {
+        if self.take::<8>()? != MAGIC {
+            let help = "name the file that `render` left, NAME.checkpoint";
+            return Err(InputError::new(self.path, "this is no checkpoint").help(help).into());
+        }
+        let version = u16::from_le_bytes(self.take()?);
+        if version != VERSION {
+            let message = format!("version {version} of checkpoints; known here is {VERSION}");
+            let help = "go on with the harmolux that wrote it, or begin anew without `--resume`";
+            return Err(InputError::new(self.path, message).help(help).into());
+        }
+        let count = self.u32()?;
+        if count > MOST_FIELDS {
+            return Err(self.broken("its header is damaged"));
+        }
+        let mut then = Fingerprint::default();
+        for _ in 0..count {
+            let field = (self.text()?, self.text()?);
+            then.fields.push(field);
+        }
+        let size = [self.u32()?, self.u32()?, self.u32()?];
+        let passes = u64::from_le_bytes(self.take()?);
+        let [planned] = self.take()?;
+        let samples = [u64::from_le_bytes(self.take()?), u64::from_le_bytes(self.take()?)];
+        let escaped = Rgb([self.f64()?, self.f64()?, self.f64()?]);
+        self.compare_seal("its header is damaged")?;
+        if let Some(difference) = then.difference(present) {
+            let message = format!("this checkpoint is of another run: {difference}");
+            let help = "go on with what it was made with (only the stop may change), or begin anew without `--resume`";
+            return Err(InputError::new(self.path, message).help(help).into());
+        }
+        if size.contains(&0) || size[2] < 2 || planned > 1 {
+            return Err(self.broken("its header makes no sense"));
+        }
+        Ok(Header { size, passes, planned: planned == 1, samples, escaped })
+    }
+
+    fn pixels(&mut self, film: &mut Film) -> Result<()> {
+        let replicates = film.replicates;
+        let mut bytes = vec![0; PIXEL + 4 * replicates];
+        for (pixel, sums) in film.pixels.iter_mut().zip(film.sums.chunks_exact_mut(replicates)) {
+            self.fill(&mut bytes)?;
+            let double = |i: usize| f64::from_le_bytes(field(&bytes, 8 * i));
+            pixel.light.direct = Rgb([double(0), double(1), double(2)]);
+            pixel.light.indirect = Rgb([double(3), double(4), double(5)]);
+            pixel.spoilt = f32::from_le_bytes(field(&bytes, 48));
+            pixel.spread = f32::from_le_bytes(field(&bytes, 52));
+            pixel.stride = bytes[PIXEL - 1];
+            if pixel.stride > LONGEST {
+                return Err(self.broken("it is damaged"));
+            }
+            for (r, sum) in sums.iter_mut().enumerate() {
+                *sum = f32::from_le_bytes(field(&bytes, PIXEL + 4 * r));
+            }
+        }
+        self.compare_seal("it is damaged")
+    }
+
+    fn compare_seal(&mut self, otherwise: &str) -> Result<()> {
+        let expected = self.check.clone().finalize();
+        if self.u32()? == expected { Ok(()) } else { Err(self.broken(otherwise)) }
+    }
+
+    fn text(&mut self) -> Result<String> {
+        let length = self.u32()?;
+        if length > LONGEST_TEXT {
+            return Err(self.broken("its header is damaged"));
+        }
+        let mut bytes = vec![0; length as usize];
+        self.fill(&mut bytes)?;
+        String::from_utf8(bytes).map_err(|_| self.broken("its header is damaged"))
+    }
+
+    fn u32(&mut self) -> Result<u32> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    fn f64(&mut self) -> Result<f64> {
+        self.take().map(f64::from_le_bytes)
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N]> {
+        let mut bytes = [0; N];
+        self.fill(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn fill(&mut self, bytes: &mut [u8]) -> Result<()> {
+        match self.file.read_exact(bytes) {
+            Ok(()) => {
+                self.check.update(bytes);
+                self.taken += bytes.len() as u64;
+                Ok(())
+            }
+            Err(e) if e.kind() == ErrorKind::UnexpectedEof => Err(self.broken("it is cut off")),
+            Err(e) => Err(Error::io(self.path, "read", e)),
+        }
+    }
+
+    fn broken(&self, what: &str) -> Error {
+        InputError::new(self.path, format!("this checkpoint cannot be used: {what}"))
+            .help("begin anew without `--resume`")
+            .into()
+    }
+}
+
+/// Copies the field at `at`; the caller has made sure that it is there.
+fn field<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
+    let mut field = [0; N];
+    field.copy_from_slice(&bytes[at..at + N]);
+    field
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+    use std::path::PathBuf;
+
+    fn film() -> Film {
+        let mut film = Film::new([3, 2], 4).expect("small");
+        for pass in 0..13 {
+            if film.is_between_stages() {
+                film.plan(Some(0.3));
+            }
+            let light = |i: u32| Rgb::grey(f64::from(pass * i % 5));
+            let sample = |i| Light { direct: light(i), indirect: light(i + 1) };
+            film.add_pass(&[0, 1, 2, 3, 4, 5].map(sample));
+            film.add_escaped(Rgb([0.1, 0.2, 0.3]));
+        }
+        film
+    }
+
+    fn run(seed: u32) -> Fingerprint {
+        Fingerprint::new().with("size", "3 x 2").with("seed", seed.to_string())
+    }
+
+    fn written() -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("room.checkpoint");
+        for _ in 0..2 {
+            let output = Output::open(&path, &Kind::CHECKPOINT, false).expect("free, then ours");
+            write(&output, &run(1), &film()).expect("written");
+        }
+        (folder, path)
+    }
+
+    #[test]
+    fn film_comes_back_to_the_bit() {
+        let (_folder, path) = written();
+        assert_eq!(read(&path, &run(1)).expect("the same run"), film());
+    }
+
+    #[test]
+    fn another_run_is_refused_with_the_difference() {
+        let (_folder, path) = written();
+        let refusal =
+            |present: &Fingerprint| read(&path, present).expect_err("refused").to_string();
+        let message = refusal(&run(2));
+        assert!(message.contains("another run: seed was `1`, is `2`"), "{message}");
+        let message = refusal(&run(1).with("objects.head", "Sh"));
+        assert!(message.contains("objects.head was not there"), "{message}");
+        let message = refusal(&Fingerprint::new().with("size", "3 x 2"));
+        assert!(message.contains("seed was there, is not"), "{message}");
+    }
+
+    #[test]
+    fn long_values_are_shown_where_they_differ() {
+        let start = "x".repeat(300);
+        let one = Fingerprint::new().with("objects.head", format!("{start} degree: 32 and on"));
+        let other = Fingerprint::new().with("objects.head", format!("{start} degree: 16 and on"));
+        let said = one.difference(&other).expect("different");
+        assert!(said.contains("x degree: 32 and on`, is `...x"), "{said}");
+        assert!(said.len() < 300 && one.difference(&one).is_none());
+    }
+
+    #[test]
+    fn damaged_and_foreign_files_are_refused() {
+        let (_folder, path) = written();
+        let good = fs::read(&path).expect("there");
+        let refusal = |bytes: &[u8]| {
+            fs::write(&path, bytes).expect("writable");
+            let error = read(&path, &run(1)).expect_err("refused");
+            assert!(matches!(error, Error::Input(_)), "{error}");
+            error.to_string()
+        };
+        assert!(refusal(b"a picture of something").contains("this is no checkpoint"));
+        let mut newer = good.clone();
+        newer[8] = 2;
+        assert!(refusal(&newer).contains("version 2 of checkpoints; known here is 1"));
+        for at in (10..good.len()).step_by(7) {
+            let mut damaged = good.clone();
+            damaged[at] ^= 0x10;
+            refusal(&damaged);
+        }
+        for end in (0..good.len()).step_by(11) {
+            refusal(&good[..end]);
+        }
+        assert!(refusal(&[good, vec![0]].concat()).contains("something follows"));
+    }
+}
