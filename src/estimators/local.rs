@@ -88,10 +88,11 @@ const ENOUGH_IN_THE_DARK: u64 = 1 << 20;
 /// How many walks are connected to a sensor at a time: some hundred rays.
 const CONNECTED_TOGETHER: usize = 64;
 
-/// What one receiver has got in one replicate.
+/// What one receiver has got in one replicate, as luminances of its light: colours are not asked for, and a million receivers have 32 million of these.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sum {
-    light: Light,
+    direct: f64,
+    total: f64,
     spoilt: u64,
 }
 
@@ -195,13 +196,10 @@ fn survey(
             target = (2 * target).min(limit);
         }
     };
+    let own = points.par_iter().zip(&sums);
     Ok(Survey {
-        results: points.iter().zip(&sums).map(|(p, s)| result(*p, s, done)).collect(),
-        replicates: points
-            .iter()
-            .zip(&sums)
-            .map(|(p, s)| replicates(*p, s, done, Light::total))
-            .collect(),
+        results: own.clone().map(|(p, s)| result(*p, s, done)).collect(),
+        replicates: own.map(|(p, s)| replicates(*p, s, done, |s| s.total)).collect(),
         ending,
         walks: done * REPLICATES as u64,
         escaped: escaped / (launcher.power() * (done * REPLICATES as u64) as f64),
@@ -273,8 +271,8 @@ impl Run<'_> {
         let stream = |index| Stream::new(self.settings.randomness, seed, index);
         let mut add = |light: Light| {
             if light.total().is_finite() {
-                sum.light.direct += light.direct;
-                sum.light.indirect += light.indirect;
+                sum.direct += light.direct.luminance();
+                sum.total += light.total().luminance();
             } else {
                 sum.spoilt += 1;
             }
@@ -309,10 +307,10 @@ impl Run<'_> {
 
 /// Turns the sums of one sensor into its result.
 fn result(points: Rgb, sums: &[Sum; REPLICATES], walks: u64) -> Measured {
-    let mean = |light| Estimate::of_replicates(&replicates(points, sums, walks, light));
+    let mean = |sum| Estimate::of_replicates(&replicates(points, sums, walks, sum));
     Measured {
-        total: mean(Light::total),
-        direct: mean(|light| light.direct),
+        total: mean(|s| s.total),
+        direct: mean(|s| s.direct),
         spoilt: sums.iter().map(|s| s.spoilt).sum(),
     }
 }
@@ -322,21 +320,19 @@ fn replicates(
     points: Rgb,
     sums: &[Sum; REPLICATES],
     walks: u64,
-    light: fn(&Light) -> Rgb,
+    sum: fn(&Sum) -> f64,
 ) -> [f64; REPLICATES] {
-    sums.map(|s| {
-        let good = (walks - s.spoilt).max(1) as f64;
-        (points + light(&s.light) / good).luminance()
-    })
+    let points = points.luminance();
+    sums.map(|s| points + sum(&s) / (walks - s.spoilt).max(1) as f64)
 }
 
 /// Gives the largest relative 95 % half width; sensors without any light count as exact.
 fn largest_half_width(points: &[Rgb], sums: &[[Sum; REPLICATES]], walks: u64) -> Option<f64> {
     points
-        .iter()
+        .par_iter()
         .zip(sums)
-        .map(|(p, s)| result(*p, s, walks).total)
+        .map(|(p, s)| Estimate::of_replicates(&replicates(*p, s, walks, |s| s.total)))
         .filter(|e| e.mean > 0.0)
         .map(|e| e.relative_half_width())
-        .fold(None, |worst: Option<f64>, e| Some(worst.map_or(e, |w| w.max(e))))
+        .reduce_with(f64::max)
 }
