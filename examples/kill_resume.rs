@@ -37,7 +37,7 @@ fov = 60
 resolution = [96, 72]
 [render]
 checkpoint = 0.05
-stop = { relative_error = 0.01, walks = 4096 }
+stop = { relative_error = 0.005, walks = 8192 }
 "#;
 
 type Failure = Box<dyn std::error::Error>;
@@ -56,7 +56,7 @@ fn main() -> Result<ExitCode, Failure> {
         let moment = hash([seed, u64::from(kill)]);
         let share = (moment >> 11) as f64 / (1_u64 << 53) as f64;
         let mut child = start(&tool, folder.path(), "killed.exr", resume)?;
-        std::thread::sleep(Duration::from_millis(30) + whole.mul_f64(share / 12.0));
+        std::thread::sleep(Duration::from_millis(30) + whole.mul_f64(share / 24.0));
         let gently = cfg!(unix) && moment % 2 == 0;
         if child.try_wait()?.is_some() {
             println!("over before kill {kill}: the run is too short");
