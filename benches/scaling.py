@@ -9,6 +9,8 @@ one surface.
 """
 import json, math, os, statistics, subprocess, sys, tempfile
 
+if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
+    sys.exit(__doc__)
 TOOL, QUICK = sys.argv[1], "--quick" in sys.argv
 HERE = os.path.dirname(os.path.abspath(__file__))
 HEAD = os.path.join(HERE, "../data/head.obj")

@@ -6,15 +6,18 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::films::{assert_alike, assert_flat};
+use common::films::{assert_alike, assert_each, assert_flat};
 use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors, sphere_mesh};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use harmolux::estimators::{
-    Ending, Estimator, SensorEstimator, Stop, Weighting, illuminance, luminance, render,
+    Ending, Estimator, ImageSettings, SensorEstimator, Stop, Weighting, illuminance, luminance,
+    render,
 };
 use harmolux::exact::{Cube, Plane as SobolevPlane, SobolevProblem};
 use harmolux::math::{Randomness, Ray, Rgb};
-use harmolux::scene::{Distribution, Glossy, Material, Measure, Object, PointLight, Scene, Sensor};
+use harmolux::scene::{
+    Distribution, Filter, Glossy, Material, Measure, Object, PointLight, Scene, Sensor,
+};
 use harmolux::surface::MeshSurface;
 use harmolux::surface::primitives::{Plane, Sphere};
 
@@ -235,6 +238,38 @@ fn luminance_along_rays_is_that_of_sobolevs_planes() {
             assert!(found.total.agrees_with(reference, 0.0, radii.len()), "{r}: {found:?}");
         }
         assert_eq!(survey.results[4].total.mean, 0.0);
+    }
+}
+
+#[test]
+fn every_pixel_of_sobolevs_floor_is_rho_e_over_pi() {
+    let (scene, exact) = sobolev();
+    let view = camera(DVec3::new(0.9, 0.4, 0.95), DVec3::new(0.3, 0.1, 0.0), [20, 15]);
+    // The exact luminance on a fine line, and between its points by straight lines: good to 1e-4.
+    let step = 0.01;
+    let table: Vec<f64> = (0..400)
+        .map(|i| exact.luminance(SobolevPlane::Lower, step * f64::from(i)).expect("valid radius"))
+        .collect();
+    let at = |r: f64| {
+        let (i, t) = ((r / step) as usize, (r / step).fract());
+        table[i] * (1.0 - t) + table[i + 1] * t
+    };
+    // The mean over the square of a pixel, by 8 x 8 of its points.
+    let expected = |pixel: usize| -> f64 {
+        let corner = DVec2::new((pixel % 20) as f64, (pixel / 20) as f64);
+        let points = (0..64).map(|k| DVec2::new(f64::from(k % 8) + 0.5, f64::from(k / 8) + 0.5));
+        let seen = points.map(|p| {
+            let ray = view.ray(corner + p / 8.0).expect("all of the film sees");
+            let point = ray.origin - ray.direction * (ray.origin.z / ray.direction.z);
+            at(point.truncate().length())
+        });
+        seen.sum::<f64>() / 64.0
+    };
+    for estimator in [Estimator::DoubleLocal(Weighting::of(&scene)), Estimator::Path] {
+        let settings = ImageSettings { filter: Filter::Box, ..image(estimator, 2048) };
+        let film = render(&scene, &view, &settings, &go_on).expect("renders").film;
+        assert_each(&film, expected);
+        assert!(film.median_relative_error().is_some_and(|e| e <= 0.02));
     }
 }
 

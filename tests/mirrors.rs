@@ -113,10 +113,10 @@ fn a_room_with_a_mirror_is_the_room_one_sees_in_it() {
 fn each_strategy_alone_gives_the_picture_of_both() {
     let varnish = Material::glossy(Glossy::coated(Rgb::grey(0.4), 1.5, 0.6).expect("valid"));
     let [mirrored, _] = mirrored_and_built(&varnish);
-    let view = camera(DVec3::new(1.0, 0.6, 1.5), DVec3::new(3.0, 3.0, 1.2), [16, 12]);
+    let view = camera(DVec3::new(1.0, 0.6, 1.5), DVec3::new(3.0, 3.0, 1.2), [24, 18]);
     let expected = film(&mirrored, &view, Estimator::DoubleLocal(Weighting::of(&mirrored)), 1024);
     for weighting in [Weighting::Walk, Weighting::Gather] {
-        let alone = film(&mirrored, &view, Estimator::DoubleLocal(weighting), 8192);
+        let alone = film(&mirrored, &view, Estimator::DoubleLocal(weighting), 2048);
         assert_alike(&alone, &expected);
     }
 }
@@ -142,9 +142,9 @@ fn walks_show_the_light_of_a_point_in_a_mirror() {
     for view in
         [camera(from, to, [16, 12]), Camera::orthographic(from, to, 2.0, [16, 12]).expect("valid")]
     {
-        let expected = film(&built, &view, Estimator::DoubleLocal(Weighting::of(&built)), 2048);
+        let expected = film(&built, &view, Estimator::DoubleLocal(Weighting::of(&built)), 512);
         for weighting in [Weighting::of(&mirrored), Weighting::Walk, Weighting::Gather] {
-            let seen = film(&mirrored, &view, Estimator::DoubleLocal(weighting), 8192);
+            let seen = film(&mirrored, &view, Estimator::DoubleLocal(weighting), 1024);
             assert_alike(&seen, &expected);
         }
     }

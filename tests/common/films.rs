@@ -11,6 +11,15 @@ fn pixels(film: &Film) -> impl Iterator<Item = Estimate> {
     })
 }
 
+/// Judges every pixel against its own luminance.
+pub fn assert_each(film: &Film, expected: impl Fn(usize) -> f64) {
+    let n = film.size()[0] * film.size()[1];
+    for (i, estimate) in pixels(film).enumerate() {
+        let expected = expected(i);
+        assert!(estimate.agrees_with(expected, 0.0, n), "pixel {i}: {estimate:?}, not {expected}");
+    }
+}
+
 /// Judges every pixel against one luminance, and the image mean.
 pub fn assert_flat(film: &Film, expected: f64) {
     let n = film.size()[0] * film.size()[1];
