@@ -9,8 +9,8 @@ use std::f64::consts::PI;
 use common::films::{assert_alike, assert_flat};
 use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors};
 use glam::DVec3;
-use harmolux::estimators::{Estimator, SensorEstimator, Weighting, illuminance, render};
-use harmolux::math::Rgb;
+use harmolux::estimators::{Estimator, SensorEstimator, Weighting, illuminance, luminance, render};
+use harmolux::math::{Ray, Rgb};
 use harmolux::scene::{Camera, Film, Glossy, Material, Object, PointLight, Scene, Sensor};
 use harmolux::surface::primitives::Sphere;
 
@@ -119,6 +119,42 @@ fn each_strategy_alone_gives_the_picture_of_both() {
         let alone = film(&mirrored, &view, Estimator::DoubleLocal(weighting), 2048);
         assert_alike(&alone, &expected);
     }
+}
+
+#[test]
+fn luminance_along_a_ray_goes_through_mirrors() {
+    let [mirrored, built] = mirrored_and_built(&grey(0.5));
+    let [mixed, _] = {
+        let dull =
+            [(0.5, Material::mirror(Rgb([0.9, 0.6, 0.3])).expect("valid")), (0.5, grey(0.4))];
+        mirrored_and_built(&Material::mixture(&dull).expect("valid"))
+    };
+    // To a wall, into the mirror, and to the ball, which in the last scene is in part a mirror.
+    let eye = DVec3::new(1.0, 1.0, 1.5);
+    let rays = [DVec3::NEG_X, DVec3::new(1.0, 0.3, -0.1), DVec3::new(1.0, 2.5, -0.7)]
+        .map(|to| Ray::new(eye, to.normalize()));
+    let survey = |scene: &Scene, weighting| {
+        let settings = sensors(SensorEstimator::Local(weighting), 1 << 14);
+        luminance(scene, &rays, &settings, &go_on).expect("runs").results
+    };
+    let expected = survey(&built, Weighting::of(&built));
+    for (a, b) in survey(&mirrored, Weighting::of(&mirrored)).iter().zip(&expected) {
+        let (a, b) = (a.total, b.total);
+        assert!(a.agrees_with(b.mean, b.standard_error, 3), "{a:?} {b:?}");
+    }
+    let paths = sensors(SensorEstimator::Path, 1 << 16);
+    let paths = luminance(&mixed, &rays, &paths, &go_on).expect("runs").results;
+    for (a, b) in survey(&mixed, Weighting::of(&mixed)).iter().zip(&paths) {
+        let (a, b) = (a.total, b.total);
+        assert!(a.agrees_with(b.mean, b.standard_error, 3), "{a:?} {b:?}");
+        assert!(a.mean > 0.0 && a.relative_error() <= 0.02, "{a:?}");
+    }
+    // The picture of one pixel about the last ray sees the same.
+    let view = Camera::perspective(eye, eye + rays[2].direction, 1e-4, [1, 1]).expect("valid");
+    let pixel = film(&mixed, &view, Estimator::DoubleLocal(Weighting::of(&mixed)), 2048);
+    let (mean, standard_error) = pixel.mean();
+    let probed = survey(&mixed, Weighting::of(&mixed))[2].total;
+    assert!(probed.agrees_with(mean, standard_error, 1), "{probed:?} {mean} {standard_error}");
 }
 
 /// Rooms with a point lamp before a mirror, and with the lamp that one sees in it.

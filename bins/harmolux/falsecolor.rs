@@ -170,8 +170,15 @@ impl Shown {
             )));
         }
         let values = channel(verb, exr)?;
-        let unit = match (&verb.label, exr.attribute("unit")) {
-            (Some(label), _) => label.clone(),
+        // The unit of the file is that of light; the other layers of `render` have their own.
+        let shape = match verb.channel.as_deref().and_then(|name| name.split('.').next()) {
+            Some("depth") => Some("m"),
+            Some("id" | "normal" | "albedo") => Some(""),
+            _ => None,
+        };
+        let given = verb.label.as_deref().or(shape);
+        let unit = match (given, exr.attribute("unit")) {
+            (Some(label), _) => label.to_owned(),
             (None, Some(Attribute::Text(unit))) => unit.clone(),
             _ => String::new(),
         };

@@ -203,7 +203,7 @@ pub(crate) fn run(survey: &Survey) {
     }
     if survey.caustic > 0.0 {
         say::warning(&format!(
-            "{} of the light comes to surfaces from point lights by mirrors; what of it falls on a sensor is missing, since no ray finds a point in a mirror; give those lights a size: a sphere or a rectangle with an exitance",
+            "{} of the light comes to surfaces from point lights by mirrors; by `local` what of it falls on a sensor straight is missing, by `path` all of it, since no ray finds a point in a mirror (`photon` counts it); give those lights a size: a sphere or a rectangle with an exitance",
             say::percent(survey.caustic)
         ));
     }

@@ -272,6 +272,14 @@ fn warn(rendering: &Rendering) {
             rendering.film.spoilt()
         ));
     }
+    let mean = rendering.film.mean().0;
+    if mean == 0.0 {
+        say::warning("no light came to any pixel: see where camera, lamps and walls are");
+    } else if mean.is_nan() || mean.abs() > f64::from(f32::MAX) {
+        say::warning(
+            "luminances are beyond what a picture can hold (3e38 cd/m2): see the strength of the lamps",
+        );
+    }
     if rendering.escaped > 0.0 {
         say::warning(&format!("{} of the light left the scene", say::percent(rendering.escaped)));
     }
@@ -336,7 +344,9 @@ fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
     let replicates = film.replicates();
     lines.push(("walks", format!("{walks} per pixel{rested} in {replicates} replicates")));
     lines.push(("time", progress::duration(rendering.elapsed)));
-    let most = film.relative_error_of(SHARE_WITHIN).map_or("unknown".to_owned(), say::percent);
+    let known = film.median_relative_error().is_some_and(f64::is_finite);
+    let most = film.relative_error_of(SHARE_WITHIN).filter(|_| known);
+    let most = most.map_or("unknown".to_owned(), say::percent);
     lines.push((
         "relative error",
         format!("{error} (median standard error of a pixel), at most {most} in 95 % of the pixels"),

@@ -4,12 +4,12 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use harmolux::Result;
 use harmolux::estimators::{Ending, ImageSettings, REPLICATES, Rendering, Stop};
 use harmolux::io::checkpoint::{self, Fingerprint};
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::scene::{Camera, Film};
+use harmolux::{Error, Result};
 
 use super::render::Render;
 use super::render_target::Image;
@@ -36,11 +36,12 @@ impl Kept {
         let given = verb.checkpoint.as_ref().or(verb.resume.as_ref().and_then(Option::as_ref));
         let path: &Path = given.unwrap_or(&default);
         let output = Output::open(path, &Kind::CHECKPOINT, verb.force)?;
-        if resume.is_none() && given.is_none() && path.exists() {
-            say::note(&format!(
-                "{} is of a run that was interrupted: `--resume` goes on with it, this run begins anew",
+        if resume.is_none() && !verb.force && path.exists() {
+            return Err(Error::Parameter(format!(
+                "{} is of a run that was interrupted or can be added to: go on with it by `--resume={}`, or begin anew with `--force`",
+                path.display(),
                 path.display()
-            ));
+            )));
         }
         Ok(Self { output, fingerprint: Fingerprint::new(), named: given.is_some(), resume })
     }

@@ -115,8 +115,8 @@ pub fn illuminance(
     survey(scene, &receivers, |_| Rgb::BLACK, settings, observer)
 }
 
-/// Measures luminance, cd/m2, against the direction of all rays, at the first surface that each meets (eq. 11); 0 where there is none. The direct part
-/// holds what that surface emits.
+/// Measures luminance, cd/m2, against the direction of all rays, at the first surface that each meets (eq. 11), and at those that mirrors show there; 0 where
+/// there is none. The direct part holds what the first surface emits.
 ///
 /// # Errors
 /// As [`illuminance`].
@@ -126,10 +126,54 @@ pub fn luminance(
     settings: &SensorSettings,
     observer: Observer,
 ) -> Result<Survey> {
-    let vertices: Vec<Option<Vertex>> = rays.par_iter().map(|ray| scene.vertex(ray)).collect();
-    let receivers: Vec<_> = vertices.iter().map(|v| v.as_ref().map(Receiver::reflecting)).collect();
-    let emitted = |i: usize| vertices[i].as_ref().map_or(Rgb::BLACK, Vertex::emitted);
-    survey(scene, &receivers, emitted, settings, observer)
+    let seen: Vec<Vec<(Vertex, Rgb)>> = rays.par_iter().map(|ray| seen(scene, ray)).collect();
+    let all: Vec<(Vertex, Rgb)> = seen.iter().flatten().copied().collect();
+    let receivers: Vec<_> =
+        all.iter().map(|(v, left)| Some(Receiver::reflecting(v).through(*left))).collect();
+    let emitted = |i: usize| all[i].1 * all[i].0.emitted();
+    let mut survey = survey(scene, &receivers, emitted, settings, observer)?;
+    let (results, replicates) = (survey.results, survey.replicates);
+    let mut from = 0;
+    let own = seen.iter().map(|seen| {
+        let range = from..from + seen.len();
+        from = range.end;
+        together(&results[range.clone()], &replicates[range])
+    });
+    (survey.results, survey.replicates) = own.unzip();
+    Ok(survey)
+}
+
+/// Gives the vertices that a ray shows: the first that it meets and, with what mirrors leave of their light, those behind it.
+fn seen<'a>(scene: &'a Scene, ray: &Ray) -> Vec<(Vertex<'a>, Rgb)> {
+    let (mut seen, mut left) = (Vec::new(), Rgb::WHITE);
+    let mut next = scene.vertex(ray);
+    while let Some(vertex) = next {
+        seen.push((vertex, left));
+        let mirrored = vertex.mirrored().map(|(direction, reflectance)| {
+            left *= reflectance;
+            vertex.hit.leave(direction)
+        });
+        // What is left out is below the last digit of what is counted.
+        next = mirrored.filter(|_| left.luminance() > f64::EPSILON).and_then(|r| scene.vertex(&r));
+    }
+    seen
+}
+
+/// Adds up what one ray shows; what is direct is so at the first surface.
+fn together(
+    results: &[Measured],
+    replicates: &[[f64; REPLICATES]],
+) -> (Measured, [f64; REPLICATES]) {
+    if let ([result], [replicates]) = (results, replicates) {
+        return (*result, *replicates);
+    }
+    let mut sum = [0.0; REPLICATES];
+    for own in replicates {
+        sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+    }
+    let direct = results.first().map_or(Estimate::without_error(0.0), |first| first.direct);
+    let spoilt = results.iter().map(|r| r.spoilt).sum();
+    (Measured { total: Estimate::of_replicates(&sum), direct, spoilt }, sum)
 }
 
 /// Measures what receivers get from the walks, and adds what they have of their own.

@@ -16,6 +16,8 @@ pub struct Receiver<'a> {
     /// The normal of a surface or plane, the axis of a cylinder.
     normal: DVec3,
     response: Response<'a>,
+    /// What mirrors on the way to it leave of the light.
+    tint: Rgb,
 }
 
 /// How light from a direction counts, W.
@@ -39,18 +41,23 @@ impl<'a> Receiver<'a> {
             Measure::Cylinder => Response::Cylinder,
             Measure::SemiCylinder { facing } => Response::SemiCylinder(facing),
         };
-        Self { hit: sensor.as_hit(), normal: sensor.normal, response }
+        Self { hit: sensor.as_hit(), normal: sensor.normal, response, tint: Rgb::WHITE }
     }
 
     /// Measures the luminance that a vertex reflects towards `vertex.outgoing`.
     pub fn reflecting(vertex: &Vertex<'a>) -> Self {
         let response = Response::Reflection(&vertex.material.brdf, vertex.outgoing);
-        Self { hit: vertex.hit, normal: vertex.normal, response }
+        Self { hit: vertex.hit, normal: vertex.normal, response, tint: Rgb::WHITE }
+    }
+
+    /// Sees it through mirrors that leave this of its light.
+    pub(super) fn through(self, tint: Rgb) -> Self {
+        Self { tint, ..self }
     }
 
     /// Measures the illuminance of one side of a surface: that of its normal for a positive `sign`, the other for a negative one.
     pub(super) fn side(hit: &Hit, sign: f64) -> Self {
-        Self { hit: *hit, normal: sign * hit.normal, response: Response::Plane }
+        Self { hit: *hit, normal: sign * hit.normal, response: Response::Plane, tint: Rgb::WHITE }
     }
 
     /// Gives the normal of what is no cylinder.
@@ -64,9 +71,9 @@ impl<'a> Receiver<'a> {
     /// Gives, where W is proportional to the cosine above a plane, its normal and W / cos.
     pub(super) fn cosine(&self) -> Option<(DVec3, Rgb)> {
         match self.response {
-            Response::Plane => Some((self.normal, Rgb::WHITE)),
+            Response::Plane => Some((self.normal, self.tint)),
             Response::Reflection(Brdf::Lambert { reflectance }, _) => {
-                Some((self.normal, *reflectance / PI))
+                Some((self.normal, self.tint * *reflectance / PI))
             }
             _ => None,
         }
@@ -79,7 +86,7 @@ impl<'a> Receiver<'a> {
         if projection <= 0.0 || self.is_below(direction) {
             return Rgb::BLACK;
         }
-        match self.response {
+        let response = match self.response {
             Response::Plane | Response::Cylinder => Rgb::grey(projection),
             Response::SemiCylinder(facing) => {
                 Rgb::grey(projection * (1.0 + self.azimuth_cos(direction, facing)))
@@ -87,7 +94,8 @@ impl<'a> Receiver<'a> {
             Response::Reflection(brdf, outgoing) => {
                 brdf.eval(self.normal, direction, outgoing) * projection
             }
-        }
+        };
+        response * self.tint
     }
 
     /// Tells whether nothing can be received from along a vector of any length.
@@ -119,7 +127,8 @@ impl<'a> Receiver<'a> {
             Response::Reflection(Brdf::Lambert { reflectance }, _) => *reflectance / PI,
             _ => return None,
         };
-        (self.hit.normal.dot(self.normal).abs() >= 1.0 - 1e-12).then_some((factor, self.normal))
+        (self.hit.normal.dot(self.normal).abs() >= 1.0 - 1e-12)
+            .then_some((factor * self.tint, self.normal))
     }
 
     /// Samples a direction to look along.
@@ -140,6 +149,7 @@ impl<'a> Receiver<'a> {
             Response::Reflection(brdf, outgoing) => brdf.sample(self.normal, outgoing, u),
         }
         .filter(|sample| !self.is_below(sample.direction))
+        .map(|sample| BrdfSample { weight: sample.weight * self.tint, ..sample })
     }
 
     /// Gives the density per steradian with which [`Receiver::sample`] looks along `direction`.

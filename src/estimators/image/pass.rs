@@ -132,6 +132,9 @@ impl<'a> Pass<'a> {
         let (mut light, mut left) = (Light::default(), Rgb::WHITE);
         for mirrors in 0.. {
             let Some(vertex) = self.scene.vertex(&ray) else { break };
+            if !vertex.is_sound() {
+                return Light::SPOILT;
+            }
             // Direct is what has been reflected once at most.
             let emitted = left * vertex.emitted();
             *(if mirrors < 2 { &mut light.direct } else { &mut light.indirect }) += emitted;
