@@ -162,7 +162,7 @@ fn checkpoints_of_other_runs_are_refused_with_the_difference() {
     );
     resumed(["-D", "objects.ball.sphere.radius=0.5"], &["objects.ball was", "0.7", "0.5"]);
     resumed(["-D", "cameras.main.perspective.fov=50"], &["the camera was"]);
-    resumed(["-D", "render.estimator=double-local"], &["the estimator was `Path`"]);
+    resumed(["-D", "render.estimator=double-local"], &["the estimator was `path`"]);
     desk.refused(&["--resume=none.checkpoint"], &["none.checkpoint: cannot read"]);
     fs::write(desk.path("k.checkpoint"), b"a picture of a cat").expect("written");
     desk.refused(&["--resume=k.checkpoint"], &["k.checkpoint", "not written by this program"]);

@@ -120,13 +120,14 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
         render_on(&loaded.scene, &camera, &settings, film, &|p| meter.show(p), Some(keeper))
             .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
-    kept.finish(&rendering);
+    kept.keep(&rendering);
     let mut written = Vec::new();
     for (image, output) in outputs {
         let path = output.path().to_owned();
         output.write(&encode(image, &rendering)?)?;
         written.push(path);
     }
+    kept.clear(&rendering);
     warn(&rendering);
     if as_json {
         say::data(

@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use harmolux::estimators::{Ending, ImageSettings, REPLICATES, Rendering, Stop};
+use harmolux::estimators::{Ending, ImageSettings, REPLICATES, Rendering};
 use harmolux::io::checkpoint::{self, Fingerprint};
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::SceneFile;
@@ -12,7 +12,7 @@ use harmolux::scene::{Camera, Film};
 use harmolux::{Error, Result};
 
 use super::render::Render;
-use super::render_target::Image;
+use super::render_target::{Image, estimator_name};
 use super::say;
 
 /// The time between checkpoints unless the scene says another.
@@ -55,13 +55,12 @@ impl Kept {
     ) -> Result<Film> {
         let [width, height] = camera.resolution();
         let window = camera.window();
-        let same = ImageSettings { stop: Stop::default(), ..*settings };
         self.fingerprint = Fingerprint::new()
             .with("size", format!("{width} x {height}"))
             .with("the crop", format!("{:?} of {:?}", window.size(), window.min()))
             .with("seed", settings.seed.to_string())
-            .with("the estimator", format!("{:?}", settings.estimator))
-            .with("the settings", format!("{same:?}"))
+            .with("the estimator", estimator_name(settings).to_owned())
+            .with("the filter", settings.filter.name().to_owned())
             .with("the camera", format!("{camera:?}"))
             .with("render.detail", format!("{:?}", file.render.detail))
             .with_scene(file)?;
@@ -94,19 +93,23 @@ impl Kept {
         }
     }
 
-    /// Leaves what the run left: the state of an interrupted one, or of a complete one whose file was named.
-    pub(crate) fn finish(&self, rendering: &Rendering) {
+    /// Saves the state of a run that is over, if it was interrupted or the file was named.
+    pub(crate) fn keep(&self, rendering: &Rendering) {
+        let interrupted = rendering.ending == Ending::Interrupted;
+        let written = (interrupted || self.named) && self.write(&rendering.film);
+        if written && interrupted {
+            let path = self.output.path().display();
+            say::note(&format!("go on with the same command and `--resume={path}`"));
+        }
+    }
+
+    /// Removes, once the picture is written, the state that nobody asked to keep.
+    pub(crate) fn clear(&self, rendering: &Rendering) {
+        if self.named || rendering.ending == Ending::Interrupted {
+            return;
+        }
         let path = self.output.path();
-        if rendering.ending == Ending::Interrupted {
-            if self.write(&rendering.film) {
-                say::note(&format!(
-                    "go on with the same command and `--resume={}`",
-                    path.display()
-                ));
-            }
-        } else if self.named {
-            self.write(&rendering.film);
-        } else if let Err(error) = std::fs::remove_file(path)
+        if let Err(error) = std::fs::remove_file(path)
             && error.kind() != ErrorKind::NotFound
         {
             say::warning(&format!("{} could not be removed: {error}", path.display()));

@@ -105,12 +105,6 @@ fn described(
     settings: &ImageSettings,
 ) -> Result<Exr> {
     let film = &rendering.film;
-    let estimator = match settings.estimator {
-        Estimator::DoubleLocal(Weighting::Walk) => "double-local-a",
-        Estimator::DoubleLocal(Weighting::Gather) => "double-local-b",
-        Estimator::DoubleLocal(Weighting::Bounded { .. }) => "double-local",
-        Estimator::Path => "path",
-    };
     let scene = file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let rows = camera.world_to_camera().map(|row| row.map(|v| v as f32));
     let mut exr = exr
@@ -120,7 +114,7 @@ fn described(
         .with_attribute("cameraType", camera.kind())
         .with_attribute("worldToCamera", Attribute::Matrix(rows))
         .with_attribute("filter", settings.filter.name())
-        .with_attribute("estimator", estimator)
+        .with_attribute("estimator", estimator_name(settings))
         .with_attribute("unit", "cd/m2")
         .with_attribute("seed", settings.seed.to_string().as_str())
         .with_attribute("replicates", film.replicates() as f64)
@@ -129,4 +123,14 @@ fn described(
         exr = exr.with_attribute("displayExposure", exposure);
     }
     Ok(exr)
+}
+
+/// Gives the name of an estimator, as scene files have it.
+pub(crate) const fn estimator_name(settings: &ImageSettings) -> &'static str {
+    match settings.estimator {
+        Estimator::DoubleLocal(Weighting::Walk) => "double-local-a",
+        Estimator::DoubleLocal(Weighting::Gather) => "double-local-b",
+        Estimator::DoubleLocal(Weighting::Bounded { .. }) => "double-local",
+        Estimator::Path => "path",
+    }
 }

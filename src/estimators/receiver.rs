@@ -122,13 +122,8 @@ impl<'a> Receiver<'a> {
     /// Gives W / cos and the normal of a receiver that answers light from its whole hemisphere by the cosine; `None` for another, and where a shading
     /// normal is not that of the surface.
     pub(super) fn diffuse(&self) -> Option<(Rgb, DVec3)> {
-        let factor = match self.response {
-            Response::Plane => Rgb::WHITE,
-            Response::Reflection(Brdf::Lambert { reflectance }, _) => *reflectance / PI,
-            _ => return None,
-        };
-        (self.hit.normal.dot(self.normal).abs() >= 1.0 - 1e-12)
-            .then_some((factor * self.tint, self.normal))
+        let (normal, factor) = self.cosine()?;
+        (self.hit.normal.dot(normal).abs() >= 1.0 - 1e-12).then_some((factor, normal))
     }
 
     /// Samples a direction to look along.

@@ -1,6 +1,5 @@
 //! From a scene file to a scene: surfaces are built, meshes fitted, sensors laid out, and what cannot be meant is said.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -12,6 +11,7 @@ use super::grids;
 use super::on_surface::{self, Form, Laid};
 use super::shared_surfaces::{Preparation, SharedSurfaces};
 use super::solids::{Body, Solid};
+use super::warnings::{misplaced_cameras, misplaced_sensors, overlaps};
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec,
     ObjectSpec, PointsSpec, SceneFile, SensorSpec, ShSpec, Strength, SurfaceLayout,
@@ -370,39 +370,6 @@ fn faulty_meshes(built: &[Built]) -> Vec<String> {
     built.iter().flat_map(of).collect()
 }
 
-/// Says which objects cut through or lie behind closed ones.
-fn overlaps(solids: &[Solid]) -> Vec<String> {
-    let of = |one: &Solid| -> Vec<String> {
-        // The smaller of two is judged against the larger: a room lies around its contents.
-        let larger = solids.iter().filter(|other| other.size() > one.size());
-        larger.filter_map(|other| overlap(one, other)).collect()
-    };
-    solids.par_iter().flat_map_iter(of).collect()
-}
-
-fn overlap(one: &Solid, other: &Solid) -> Option<String> {
-    let (name, into) = (one.name(), other.name());
-    let share = one.share_behind(other).filter(|share| *share > 0.0)?;
-    Some(if share >= 1.0 {
-        format!("object `{name}` is entirely outside the room, or inside the object, `{into}`")
-    } else {
-        let percent = 100.0 * share.max(0.01);
-        format!(
-            "object `{name}` cuts through `{into}`: about {percent:.0} % of its surface is behind it"
-        )
-    })
-}
-
-fn misplaced_cameras(file: &SceneFile, solids: &[Solid]) -> Vec<String> {
-    let eyes = file.cameras.iter().map(|(name, spec)| (name, spec.from()));
-    eyes.filter_map(|(name, from)| {
-        let solid = solids.iter().find(|s| s.is_behind(from))?;
-        let behind = solid.name();
-        Some(format!("camera `{name}` is outside the room, or inside the object, `{behind}`"))
-    })
-    .collect()
-}
-
 fn sensors(
     file: &SceneFile,
     scene: &Scene,
@@ -477,30 +444,6 @@ fn check_distances(file: &SceneFile, groups: &[SensorGroup], lights: &[PointLigh
         }
     }
     Ok(())
-}
-
-fn misplaced_sensors(groups: &[SensorGroup]) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for group in groups {
-        if group.sensors.is_empty() {
-            warnings.push(format!(
-                "sensors `{}`: the border leaves no area, so there are none",
-                group.name
-            ));
-        }
-        let mut hidden = BTreeMap::<&str, usize>::new();
-        for object in group.behind.iter().flatten() {
-            *hidden.entry(object).or_default() += 1;
-        }
-        warnings.extend(hidden.iter().map(|(object, count)| {
-            format!(
-                "sensors `{}`: {count} of {} are outside the room, or inside the object, `{object}` and get no light",
-                group.name,
-                group.sensors.len(),
-            )
-        }));
-    }
-    warnings
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ mod shared_surfaces;
 mod solids;
 mod sweep;
 mod view;
+mod warnings;
 
 pub use batch::batch;
 pub use check::{Check, CheckSettings, FaceFault, SOUND, StarCheck};

@@ -18,8 +18,8 @@ use super::weighting::Weighting;
 /// Chooses how the luminance of a pixel is estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Estimator {
-    /// The double local estimate, strategy A: walk hits are connected to the visible point (eq. 11); also known as instant radiosity with
-    /// a walk of its own for every sample.
+    /// The double local estimate (eq. 11, 12): walk hits are connected to the visible point, to a sampled intermediate point, or to both as the weighting
+    /// says; also known as instant radiosity with walks of its own for every sample.
     DoubleLocal(Weighting),
     /// Backward path tracing, the reference.
     Path,

@@ -183,7 +183,7 @@ impl Inline for StopSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StopSpec {
-    /// The relative half-width to reach, between 0 and 1.
+    /// The relative error to reach, between 0 and 1: of illuminance the largest 95 % half-width, of a picture the standard error that 95 % of the pixels keep.
     #[serde(deserialize_with = "number_if::<Part, _>")]
     pub relative_error: Option<f64>,
     /// The time allowed, above 0.
