@@ -58,7 +58,7 @@ stop = { walks = 64 }
 "#;
 
 /// The stop that makes renders of the repository's own scene short.
-const SHORT: [&str; 4] = ["--size", "16x12", "-D", "render.stop={walks=16}"];
+const SHORT: [&str; 4] = ["--size", "16x12", "-D", "render.stop={walks=64}"];
 
 fn repository(path: &str) -> String {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path).display().to_string()
@@ -223,7 +223,7 @@ fn head_room_renders_to_png_and_exr_with_a_full_report_again_and_again() {
                 "4 356 B against 587 796 B of the mesh",
                 "error of the fit  RMS 0.519 %, largest",
                 "image             16 x 12, mean",
-                "walks             16 per pixel in 2 replicates",
+                "walks             64 per pixel in 2 replicates",
                 "time  ",
                 "relative error  ",
                 "head_room.png",
@@ -248,7 +248,7 @@ fn json_report_of_a_render_has_the_same_numbers() {
     let rms = head["relative_rms"].as_f64().expect("a number");
     assert!((rms - 0.005_19).abs() <= 0.000_005, "{rms}");
     assert_eq!(report["resolution"], serde_json::json!([16, 12]));
-    assert_eq!((&report["walks_per_pixel"], &report["replicates"]), (&16.into(), &2.into()));
+    assert_eq!((&report["walks_per_pixel"], &report["replicates"]), (&64.into(), &2.into()));
     assert_eq!((&report["ending"], &report["spoilt_samples"]), (&"walks".into(), &0.into()));
     assert_eq!(report["written"], serde_json::json!(["head_room.png", "head_room.exr"]));
     for name in ["mean_luminance", "mean_luminance_stderr", "median_relative_error", "seconds"] {

@@ -67,7 +67,7 @@ impl Desk {
 
     /// Runs `harmolux render` for a moment, with these words more.
     fn render(&self, words: &[&str]) -> Output {
-        self.run(&[&["render", "room.toml", "-D", "render.stop.walks=16"], words].concat())
+        self.run(&[&["render", "room.toml", "-D", "render.stop.walks=64"], words].concat())
     }
 
     fn bytes(&self, name: &str) -> Vec<u8> {

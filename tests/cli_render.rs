@@ -136,11 +136,11 @@ fn terminated_run_saves_and_goes_on() {
 fn complete_run_takes_more_walks() {
     let desk = Desk::new();
     let stop = |walks| format!("render.stop={{ walks = {walks} }}");
-    desk.run(&["-o", "whole.exr", "-D", &stop(512)]);
-    let first = ["-o", "a.exr", "--checkpoint", "kept.checkpoint", "-D", &stop(200)];
+    desk.run(&["-o", "whole.exr", "-D", &stop(2048)]);
+    let first = ["-o", "a.exr", "--checkpoint", "kept.checkpoint", "-D", &stop(800)];
     assert_eq!(desk.run(&first).0, 0);
     assert!(desk.bytes("a.exr") != desk.bytes("whole.exr"));
-    let more = ["-o", "a.exr", "--resume=kept.checkpoint", "-D", &stop(512)];
+    let more = ["-o", "a.exr", "--resume=kept.checkpoint", "-D", &stop(2048)];
     assert_eq!(desk.run(&more).0, 0);
     assert!(desk.bytes("a.exr") == desk.bytes("whole.exr"));
     assert!(desk.path("kept.checkpoint").exists(), "a named checkpoint goes");
@@ -149,7 +149,7 @@ fn complete_run_takes_more_walks() {
 #[test]
 fn checkpoints_of_other_runs_are_refused_with_the_difference() {
     let desk = Desk::new();
-    let short = ["-o", "a.exr", "-D", "render.stop={ walks = 16 }"];
+    let short = ["-o", "a.exr", "-D", "render.stop={ walks = 64 }"];
     desk.run(&[&short[..], &["--checkpoint", "k.checkpoint"]].concat());
     let resumed = |more: [&str; 2], says: &[&str]| {
         desk.refused(&[&short[..], &["--resume=k.checkpoint"], &more].concat(), says);

@@ -336,7 +336,7 @@ fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
         format!("{width} x {height}, mean {} cd/m2", say::significant(film.mean().0, 4)),
     ));
     let walks = rendering.walks_per_pixel;
-    let mean = rendering.mean_walks_per_pixel();
+    let mean = rendering.mean_walks_per_pixel;
     let rested = if mean < 0.995 * walks as f64 {
         format!(" at most, {mean:.0} in the mean,")
     } else {
@@ -390,7 +390,7 @@ fn report_json(
         "mean_luminance": mean,
         "mean_luminance_stderr": standard_error,
         "walks_per_pixel": rendering.walks_per_pixel,
-        "mean_walks_per_pixel": rendering.mean_walks_per_pixel(),
+        "mean_walks_per_pixel": rendering.mean_walks_per_pixel,
         "replicates": film.replicates(),
         "seconds": rendering.elapsed.as_secs_f64(),
         "median_relative_error": film.median_relative_error(),

@@ -2,8 +2,10 @@
 //!
 //! A receiver answers light from a direction by W(omega); sensors and pixels differ in nothing else ([`Receiver`]). A node y of a walk contributes
 //! Q f(y) W V cos' / d^2 (eq. 5, 11), which is singular at d = 0. A weighting leaves the share c of that to the connection and the rest 1 - c to a ray that
-//! gathers from the receiver (Kollig and Keller, 2004): it finds y' and adds (1 - c) W/pdf [direct light at y' + the same walk's nodes seen from y'],
+//! gathers from the receiver (Kollig and Keller, 2004): it finds y' and adds (1 - c) W/pdf [direct light at y' + the same walks' nodes seen from y'],
 //! recursively. Both together are unbiased for every c.
+//!
+//! Walks are connected by clouds ([`Cloud`]): all that they bring if nothing hinders it is taken up, and some connections, which stand for all, are asked for what is hidden.
 //!
 //! What c depends on is K = pi pdf cos' / d^2, pi times the density per area with which the gathering ray finds y: the kernel G = cos cos' / d^2 for a sensor
 //! or a diffuse surface, more in the highlights of a glossy one. With c K s bounded, s = [`Brdf::peak`](crate::scene::Brdf::peak) at y, the variance is finite.
@@ -11,104 +13,96 @@
 //! Through mirrors nothing can be connected. A gathering ray that meets one goes on from there, and what it finds then is its alone (c = 0); only light of a
 //! point that came by mirrors cannot be found so, and the connection has all of it (c = 1, [`Node::caustic`]).
 //!
-//! Many estimates are made together, level of the recursion after level, so that rays come by batches: first the shadow rays of all
+//! Many estimates are made together, level of the recursion after level, so that rays come by batches: first the shadow rays of the
 //! connections of the level, then its gathering rays; what they find are the estimates of the next level, which are added to those they
-//! belong to at the end. Every estimate has a stream of its own, so its numbers do not depend on its company.
+//! belong to at the end. Every gathering ray has a stream of its own, so its numbers do not depend on its company.
 
 use std::f64::consts::PI;
 use std::ops::Range;
 
+use fearless_simd::Level;
+
 use crate::math::{Ray, Rgb, Stream};
-use crate::scene::{BrdfSample, Scene, Vertex};
+use crate::scene::{Scene, Vertex};
 use crate::surface::Hit;
 
 pub(super) use crate::scene::Light;
 
+use super::candidates::Candidates;
+use super::cloud::Cloud;
 use super::direct;
 use super::flat_lights::Outlook;
+use super::gather::{Gathered, Gatherer};
 use super::receiver::Receiver;
 use super::walk::{Launcher, Node};
 use super::weighting::Weighting;
 
 /// Connects walks to receivers in a scene under a weighting.
 pub(super) struct Connector<'a> {
-    scene: &'a Scene,
-    launcher: &'a Launcher<'a>,
-    weighting: Weighting,
+    pub(super) scene: &'a Scene,
+    pub(super) launcher: &'a Launcher<'a>,
+    pub(super) weighting: Weighting,
+    level: Level,
 }
 
 /// Holds the estimates that are made together, and the memory they need; to be used again for the next ones.
 #[derive(Default)]
 pub(super) struct Batch<'a> {
     /// Those asked for, then level by level those that gathering rays led to.
-    estimates: Vec<Estimate<'a>>,
+    pub(super) estimates: Vec<Estimate<'a>>,
+    /// The gathering rays of the level at work and of the next one.
+    pub(super) gatherers: Vec<Gatherer>,
+    pub(super) next_gatherers: Vec<Gatherer>,
     /// What is connected or gathered along `rays`, ray by ray.
     connections: Vec<Connection>,
-    gathered: Vec<Gathered>,
-    rays: Vec<Ray>,
+    pub(super) gathered: Vec<Gathered>,
+    pub(super) rays: Vec<Ray>,
     blocked: Vec<bool>,
-    hits: Vec<Option<(usize, Hit)>>,
+    pub(super) hits: Vec<Option<(usize, Hit)>>,
+    candidates: Candidates,
 }
 
-/// One walk that is being estimated at one receiver.
-struct Estimate<'a> {
-    receiver: Receiver<'a>,
-    walk: &'a [Node<'a>],
-    stream: Stream,
-    light: Light,
+/// Some walks that are being estimated at one receiver.
+pub(super) struct Estimate<'a> {
+    pub(super) receiver: Receiver<'a>,
+    pub(super) cloud: &'a Cloud<'a>,
+    pub(super) light: Light,
+    /// What the connections bring: at first, if nothing hinders them.
+    connected: Light,
     /// Where its light goes when it is not asked for itself.
-    beyond: Option<Beyond>,
+    pub(super) beyond: Option<Beyond>,
+}
+
+/// All light of some walks at a receiver, and what connections brought of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Estimated {
+    pub(super) light: Light,
+    pub(super) connected: Light,
 }
 
 /// Says what an estimate found by a gathering ray gives to the one it was gathered for.
-struct Beyond {
+pub(super) struct Beyond {
     /// The number of that estimate.
-    of: usize,
-    weight: Rgb,
-    share: f64,
-    /// The light of point lights there.
-    point_lights: Rgb,
+    pub(super) of: usize,
+    pub(super) weight: Rgb,
+    pub(super) share: f64,
 }
 
-/// Light that an estimate receives when nothing stands on a ray.
+/// Light that an estimate has been given, and that is taken off again if something stands on a ray.
 struct Connection {
     to: usize,
-    light: Rgb,
-    source: Source,
-    /// How much of the light is known without the connection.
-    known: f64,
+    light: Light,
 }
 
-#[derive(Clone, Copy)]
-enum Source {
-    PointLight,
-    Start,
-    Reflection,
-}
-
-/// A gathering ray's sample and the number that decides whether an estimate is made where it ends.
-struct Gathered {
-    to: usize,
-    sample: BrdfSample,
-    roulette: f64,
-    /// What mirrors have left of the light, where it has met any.
-    mirrored: Option<Rgb>,
-}
-
-/// The part left by mirrors below which a gathering ray, or one from the eye, plays Russian roulette at each further one.
-const FAINT: f64 = 0.25;
-
-/// Gives what is left of the light along a ray after one more mirror, unless roulette ends it.
-pub(super) fn through_mirror(left: Rgb, reflectance: Rgb, roulette: f64) -> Option<Rgb> {
-    let left = left * reflectance;
-    let survival = (left.luminance() / FAINT).min(1.0);
-    (roulette < survival).then(|| left / survival)
-}
+/// For how many walks one node is connected to a receiver, and how many nodes of a cloud to what a gathering ray has found. In rooms with a head half as many or twice
+/// as many take as much time to a given error.
+const WALKS_TO_A_RAY: usize = 2;
+const CONNECTED_BEYOND: usize = 2;
 
 impl<'a> Connector<'a> {
     /// Prepares for a scene whose walks `launcher` starts.
     pub(super) fn new(scene: &'a Scene, launcher: &'a Launcher<'a>, weighting: Weighting) -> Self {
-        Self { scene, launcher, weighting }
+        Self { scene, launcher, weighting, level: Level::new() }
     }
 
     /// Looks at the flat lights from a receiver.
@@ -116,73 +110,116 @@ impl<'a> Connector<'a> {
         self.launcher.outlook(receiver)
     }
 
-    /// Estimates, from each of some walks with a stream for each, all light at the receiver except that of the point lights it sees itself and what its
-    /// outlook knows of flat lights.
-    pub(super) fn estimate(
+    /// Estimates, from each of some clouds of walks, all light at the receiver except that of the point lights it sees itself and what its outlook knows of flat
+    /// lights: the mean over the walks. Each cloud comes with a stream, at least one, for every gathering ray.
+    pub(super) fn estimate<Streams: ExactSizeIterator<Item = Stream>>(
         &self,
         batch: &mut Batch<'a>,
         receiver: &Receiver<'a>,
         outlook: &Outlook,
-        walks: impl Iterator<Item = (&'a [Node<'a>], Stream)>,
-    ) -> impl Iterator<Item = Light> {
+        clouds: impl Iterator<Item = (&'a Cloud<'a>, Streams)>,
+    ) -> impl Iterator<Item = Estimated> {
         batch.estimates.clear();
-        batch.estimates.extend(walks.map(|(walk, stream)| Estimate::new(*receiver, walk, stream)));
+        batch.gatherers.clear();
+        for (to, (cloud, streams)) in clouds.enumerate() {
+            batch.estimates.push(Estimate::new(*receiver, cloud, None));
+            let rays = streams.len();
+            batch.gatherers.extend(streams.map(|stream| Gatherer::new(to, rays, stream)));
+        }
         let asked = batch.estimates.len();
         let mut level = 0..asked;
         while !level.is_empty() {
             let outlook = (level.start == 0).then_some(outlook);
             self.connect(batch, level.clone(), outlook);
-            self.gather(batch, level.clone(), outlook);
+            self.gather(batch, &level, outlook);
+            std::mem::swap(&mut batch.gatherers, &mut batch.next_gatherers);
+            batch.next_gatherers.clear();
             level = level.end..batch.estimates.len();
         }
         batch.add_beyond();
-        batch.estimates[..asked].iter().map(|estimate| estimate.light)
+        let asked = batch.estimates[..asked].iter();
+        asked.map(|Estimate { light, connected, .. }| Estimated {
+            light: *light,
+            connected: *connected,
+        })
     }
 
     /// Connects the estimates of a level to the nodes of their walks and, beyond gathering rays, to the point lights.
     fn connect(&self, batch: &mut Batch<'a>, level: Range<usize>, outlook: Option<&Outlook>) {
         batch.rays.clear();
         batch.connections.clear();
-        for to in level {
-            let Estimate { receiver, walk, beyond, stream, light, .. } = &mut batch.estimates[to];
-            if !walk.last().is_none_or(Node::is_sound) {
-                *light = Light::SPOILT;
-                continue;
+        let mut gatherers = 0;
+        for to in level.clone() {
+            while batch.gatherers[gatherers].to < to {
+                gatherers += 1;
             }
-            let mut add = |source, known, (ray, light)| {
-                batch.rays.push(ray);
-                batch.connections.push(Connection { to, light, source, known });
-            };
-            if beyond.is_some() {
-                direct::few_connections(self.scene, receiver, stream, |connection| {
-                    add(Source::PointLight, 0.0, connection);
-                });
-            }
-            for node in *walk {
-                let connection = self.connection(receiver, node, beyond.is_none());
-                let (source, known) = match node.start_density {
-                    None => (Source::Reflection, 0.0),
-                    Some(_) => (Source::Start, share(outlook, node.vertex.object)),
-                };
-                if let Some(connection) = connection {
-                    add(source, known, connection);
-                }
-            }
+            self.connect_one(batch, to, gatherers, outlook);
         }
         batch.blocked.clear();
         batch.blocked.resize(batch.rays.len(), false);
         self.scene.mark_blocked(&batch.rays, &mut batch.blocked);
-        for (connection, blocked) in batch.connections.iter().zip(&batch.blocked) {
-            let visible = if *blocked { 0.0 } else { 1.0 };
-            if visible != connection.known {
-                batch.estimates[connection.to].receive(connection, visible - connection.known);
-            }
+        let all = batch.connections.iter().zip(&batch.blocked);
+        for (Connection { to, light }, _) in all.filter(|(_, blocked)| **blocked) {
+            let estimate = &mut batch.estimates[*to];
+            estimate.light = estimate.light - *light;
+        }
+        for estimate in &mut batch.estimates[level] {
+            estimate.light = estimate.light.above_rounding(&estimate.connected);
+            estimate.connected = estimate.light;
         }
     }
 
-    /// Gives the light that an unhindered connection to a node carries, its share of Q f W V cos' / d^2, and the ray on which nothing may stand;
-    /// `None` where there is no such light.
-    fn connection(&self, receiver: &Receiver, node: &Node, first: bool) -> Option<(Ray, Rgb)> {
+    /// Gives an estimate what all connections bring if nothing hinders them, and lists those that may be hindered. The numbers are those of its first gathering ray.
+    fn connect_one(
+        &self,
+        batch: &mut Batch<'a>,
+        to: usize,
+        gatherer: usize,
+        outlook: Option<&Outlook>,
+    ) {
+        let Batch { estimates, gatherers, candidates, rays, connections, .. } = batch;
+        let Gatherer { numbers: [.., start], stream, .. } = &mut gatherers[gatherer];
+        let Estimate { receiver, cloud, light, connected, beyond } = &mut estimates[to];
+        let first = beyond.is_none();
+        if !first {
+            direct::few_connections(self.scene, receiver, stream, |(ray, shed)| {
+                let shed = Light { direct: shed, indirect: Rgb::BLACK };
+                *connected = *connected + shed;
+                rays.push(ray);
+                connections.push(Connection { to, light: shed });
+            });
+        }
+        if cloud.walks() > 0 {
+            let mean = 1.0 / cloud.walks() as f64;
+            let all = candidates.weigh(
+                self.level,
+                receiver,
+                cloud,
+                self.weighting.limit(first),
+                |node| self.unhindered(receiver, node, first).unwrap_or(Rgb::BLACK),
+                |node| share(outlook, node.vertex.object),
+            );
+            *connected = *connected + all * mean;
+            let count =
+                if first { cloud.walks().div_ceil(WALKS_TO_A_RAY) } else { CONNECTED_BEYOND };
+            candidates.draw(cloud, count, *start, |node, brought| {
+                let brought = brought * mean;
+                let to_node = node.vertex.hit.point - receiver.hit.point;
+                match receiver.hit.segment(&node.vertex.hit, to_node.normalize()) {
+                    Some(ray) => {
+                        rays.push(ray);
+                        connections.push(Connection { to, light: brought });
+                    }
+                    // Nothing is left between the two.
+                    None => *light = *light - brought,
+                }
+            });
+        }
+        *light = *light + *connected;
+    }
+
+    /// Gives the light that an unhindered connection to a node carries, its share of Q f W cos' / d^2; `None` where there is no such light.
+    fn unhindered(&self, receiver: &Receiver, node: &Node, first: bool) -> Option<Rgb> {
         let to_node = node.vertex.hit.point - receiver.hit.point;
         // What is at one point, too, is turned away from.
         if node.vertex.normal.dot(to_node) >= 0.0 || receiver.turns_away(to_node) {
@@ -208,161 +245,23 @@ impl<'a> Connector<'a> {
         if share == 0.0 || leaving.is_black() {
             return None;
         }
-        let ray = receiver.hit.segment(&node.vertex.hit, direction)?;
-        Some((ray, node.flux * leaving * response * (share * cos / distance2)))
-    }
-
-    /// Gathers, by one ray for each estimate of a level, what the connections leave; where it goes on, there is an estimate of the next level.
-    fn gather(&self, batch: &mut Batch<'a>, level: Range<usize>, outlook: Option<&Outlook>) {
-        let mirrors = self.scene.has_mirrors();
-        if !mirrors && !self.weighting.gathers(level.start == 0) {
-            return;
-        }
-        let reach = self.weighting.reach(self.scene);
-        batch.rays.clear();
-        batch.gathered.clear();
-        for to in level {
-            let Estimate { receiver, stream, .. } = &mut batch.estimates[to];
-            let [u, v, roulette, _] = stream.next_4d();
-            let Some(sample) = receiver.sample([u, v]) else { continue };
-            batch.rays.push(receiver.hit.leave(sample.direction).up_to(reach));
-            batch.gathered.push(Gathered { to, sample, roulette, mirrored: None });
-        }
-        while !batch.rays.is_empty() {
-            batch.hits.clear();
-            batch.hits.resize(batch.rays.len(), None);
-            self.scene.hits(&batch.rays, &mut batch.hits);
-            batch.rays.clear();
-            let (gathered, hits) =
-                (std::mem::take(&mut batch.gathered), std::mem::take(&mut batch.hits));
-            for (gathered, hit) in gathered.iter().zip(&hits) {
-                self.take_up(batch, gathered, hit.as_ref(), outlook);
-            }
-            batch.hits = hits;
-            if batch.rays.is_empty() {
-                batch.gathered = gathered;
-            }
-        }
-    }
-
-    /// Takes up what a gathering ray has met: its light, an estimate there, and the ray that a mirror sends on.
-    fn take_up(
-        &self,
-        batch: &mut Batch<'a>,
-        gathered: &Gathered,
-        hit: Option<&(usize, Hit)>,
-        outlook: Option<&Outlook>,
-    ) {
-        let from = &mut batch.estimates[gathered.to];
-        // What is known of flat lights is what they send here straight.
-        let outlook = outlook.filter(|_| gathered.mirrored.is_none());
-        let flat_lights = outlook.iter().flat_map(|o| o.objects());
-        for (light, known) in flat_lights.filter(|(light, _)| Some(*light) != hit.map(|h| h.0)) {
-            from.light.direct += self.hidden(&from.receiver, gathered, light) * -known;
-        }
-        let Some((object, hit)) = hit else { return };
-        let vertex = self.scene.refined_vertex(*object, hit, -gathered.sample.direction);
-        if !vertex.is_sound() {
-            from.light = Light::SPOILT;
-            return;
-        }
-        let unknown = 1.0 - share(outlook, *object);
-        let estimate = self.look(from, gathered, &vertex, unknown);
-        if let Some((direction, reflectance)) = vertex.mirrored() {
-            let left = gathered.mirrored.unwrap_or(Rgb::WHITE);
-            let [roulette, next_roulette, ..] = from.stream.next_4d();
-            if let Some(left) = through_mirror(left, reflectance, roulette) {
-                let sample = BrdfSample { direction, ..gathered.sample };
-                let (to, roulette, mirrored) = (gathered.to, next_roulette, Some(left));
-                batch.rays.push(vertex.hit.leave(direction));
-                batch.gathered.push(Gathered { to, sample, roulette, mirrored });
-            }
-        }
-        batch.estimates.extend(estimate);
-    }
-
-    /// Gives the light that a gathering ray would see at an object that emits, if nothing hid it.
-    fn hidden(&self, receiver: &Receiver, gathered: &Gathered, object: usize) -> Rgb {
-        let BrdfSample { direction, .. } = gathered.sample;
-        let surface = &self.scene.objects()[object].surface;
-        let hit = surface.hit(&receiver.hit.leave(direction));
-        hit.map_or(Rgb::BLACK, |hit| {
-            let vertex = self.scene.refined_vertex(object, &hit, -direction);
-            self.emission(receiver, gathered, &vertex)
-        })
-    }
-
-    /// Gives the share of a gathering ray in the light that a surface by itself sends along it.
-    fn emission(&self, receiver: &Receiver, gathered: &Gathered, vertex: &Vertex) -> Rgb {
-        let emitted = vertex.emitted();
-        if emitted.is_black() {
-            return emitted;
-        }
-        if let Some(left) = gathered.mirrored {
-            return gathered.sample.weight * left * emitted;
-        }
-        let kernel = kernel(receiver, gathered, vertex);
-        let share = self.weighting.start_share(kernel, self.launcher.start_density(vertex));
-        gathered.sample.weight * emitted * (1.0 - share)
-    }
-
-    /// Takes up what a gathering ray sees, of its emission the unknown part, and gives the estimate that goes on there unless roulette ends it.
-    fn look(
-        &self,
-        from: &mut Estimate<'a>,
-        gathered: &Gathered,
-        vertex: &Vertex<'a>,
-        unknown: f64,
-    ) -> Option<Estimate<'a>> {
-        if vertex.normal.dot(vertex.outgoing) <= 0.0 {
-            return None;
-        }
-        let emission = self.emission(&from.receiver, gathered, vertex) * unknown;
-        let (light, rest) = if gathered.mirrored.is_some() {
-            (&mut from.light.indirect, 1.0)
-        } else {
-            let kernel = kernel(&from.receiver, gathered, vertex);
-            let peak = vertex.brdf().peak(vertex.normal, vertex.outgoing);
-            let share = self.weighting.share(from.beyond.is_none(), kernel, peak);
-            (&mut from.light.direct, 1.0 - share)
-        };
-        *light += emission;
-        // Roulette on what the vertex can return at most ends the recursion without bias.
-        let survival = (rest * vertex.albedo()).min(1.0);
-        (survival > 0.0 && gathered.roulette < survival).then(|| {
-            let weight = gathered.sample.weight * gathered.mirrored.unwrap_or(Rgb::WHITE);
-            let share = rest / survival;
-            let beyond = Beyond { of: gathered.to, weight, share, point_lights: Rgb::BLACK };
-            let there = Receiver::reflecting(vertex);
-            let estimate = Estimate::new(there, from.walk, from.stream.clone());
-            Estimate { beyond: Some(beyond), ..estimate }
-        })
+        Some(node.flux * leaving * response * (share * cos / distance2))
     }
 }
 
 /// Gives how much an outlook knows of an object's light.
-fn share(outlook: Option<&Outlook>, object: usize) -> f64 {
+pub(super) fn share(outlook: Option<&Outlook>, object: usize) -> f64 {
     outlook.map_or(0.0, |outlook| outlook.share(object))
 }
 
-/// Gives K between a receiver and what its gathering ray found.
-fn kernel(receiver: &Receiver, gathered: &Gathered, vertex: &Vertex) -> f64 {
-    let cos = vertex.normal.dot(vertex.outgoing);
-    PI * gathered.sample.density * cos / (vertex.hit.point - receiver.hit.point).length_squared()
-}
-
 impl<'a> Estimate<'a> {
-    fn new(receiver: Receiver<'a>, walk: &'a [Node<'a>], stream: Stream) -> Self {
-        Self { receiver, walk, stream, light: Light::default(), beyond: None }
-    }
-
-    fn receive(&mut self, connection: &Connection, factor: f64) {
-        let light = connection.light * factor;
-        match (connection.source, &mut self.beyond) {
-            (Source::PointLight, Some(beyond)) => beyond.point_lights += light,
-            (Source::PointLight | Source::Start, _) => self.light.direct += light,
-            (Source::Reflection, _) => self.light.indirect += light,
-        }
+    pub(super) fn new(
+        receiver: Receiver<'a>,
+        cloud: &'a Cloud<'a>,
+        beyond: Option<Beyond>,
+    ) -> Self {
+        let (light, connected) = (Light::default(), Light::default());
+        Self { receiver, cloud, light, connected, beyond }
     }
 }
 
@@ -371,8 +270,7 @@ impl Batch<'_> {
     fn add_beyond(&mut self) {
         for i in (0..self.estimates.len()).rev() {
             let Estimate { beyond: Some(beyond), light, .. } = &self.estimates[i] else { break };
-            let arriving = beyond.point_lights + light.total();
-            let gathered = beyond.weight * arriving * beyond.share;
+            let gathered = beyond.weight * light.total() * beyond.share;
             let of = beyond.of;
             self.estimates[of].light.indirect += gathered;
         }
@@ -416,6 +314,8 @@ mod tests {
                 nodes
             })
             .collect();
+        let clouds: Vec<Cloud> =
+            walks.chunks(8).map(|w| Cloud::new(w.iter().map(Vec::as_slice))).collect();
         // Near an edge most is gathered, over several levels.
         let sensor = Sensor::plane(DVec3::new(0.02, 2.0, 0.0), DVec3::Z);
         let receiver = Receiver::sensor(&sensor);
@@ -423,18 +323,20 @@ mod tests {
         for weighting in [Weighting::Walk, Weighting::of(&scene)] {
             let connector = Connector::new(&scene, &launcher, weighting);
             let mut batch = Batch::default();
-            let items = || walks.iter().map(Vec::as_slice).zip((0..).map(|i| stream(2, i)));
-            let together: Vec<Light> =
+            let streams =
+                |cloud: usize| (0..4_u32).map(move |k| stream(2, 4 * cloud as u64 + u64::from(k)));
+            let items = || clouds.iter().zip((0..).map(streams));
+            let together: Vec<Estimated> =
                 connector.estimate(&mut batch, &receiver, &outlook, items()).collect();
-            let went_on = batch.estimates.len() > walks.len();
+            let went_on = batch.estimates.len() > clouds.len();
             assert_eq!(went_on, weighting != Weighting::Walk);
-            for (item, &light) in items().zip(&together) {
+            for (item, &estimated) in items().zip(&together) {
                 let alone =
                     connector.estimate(&mut batch, &receiver, &outlook, std::iter::once(item));
-                assert_eq!(alone.collect::<Vec<_>>(), [light]);
+                assert_eq!(alone.collect::<Vec<_>>(), [estimated]);
             }
-            assert!(together.iter().any(|l| !l.direct.is_black()));
-            assert!(together.iter().any(|l| !l.indirect.is_black()));
+            assert!(together.iter().any(|e| !e.light.direct.is_black()));
+            assert!(together.iter().any(|e| !e.light.indirect.is_black()));
         }
     }
 }

@@ -11,8 +11,10 @@ use crate::math::stats::Estimate;
 use crate::math::{Randomness, Ray, Rgb, Stream, hash};
 use crate::scene::{Measured, Scene, Sensor, Vertex};
 
-use super::connect::{Batch, Connector, Light};
+use super::cloud::{self, Cloud};
+use super::connect::{Batch, Connector, Estimated, Light};
 use super::direct;
+use super::effort::Effort;
 use super::flat_lights::Outlook;
 use super::path::PathTracer;
 use super::photon::{self, Counter};
@@ -89,14 +91,16 @@ const FIRST_ROUND: u64 = 4;
 const LARGEST_BLOCK: u64 = 256;
 /// After how many walks a survey without any light counts as exact.
 const ENOUGH_IN_THE_DARK: u64 = 1 << 20;
-/// How many walks are connected to a sensor at a time: some hundred rays.
-const CONNECTED_TOGETHER: usize = 64;
+/// How many sensors are served by a replicate before the next one.
+const SERVED_TOGETHER: usize = 64;
 
 /// What one receiver has got in one replicate, as luminances of its light: colours are not asked for, and a million receivers have 32 million of these.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sum {
     direct: f64,
     total: f64,
+    /// What gathering rays brought of the total.
+    gathered: f64,
     spoilt: u64,
 }
 
@@ -201,7 +205,15 @@ fn survey(
         return radiosity::survey(scene, receivers, &points, radiosity, settings.stop, observer);
     }
     let counters = counters(scene, receivers, settings.estimator)?;
-    let survey = Run { scene, launcher: &launcher, settings, receivers, outlooks, counters };
+    let mut survey = Run {
+        scene,
+        launcher: &launcher,
+        settings,
+        receivers,
+        outlooks,
+        efforts: vec![Effort::default(); receivers.len()],
+        counters,
+    };
     let mut sums = vec![[Sum::default(); REPLICATES]; receivers.len()];
     let mut control = Control::new(settings.stop);
     let (mut done, mut escaped) = (0, 0.0);
@@ -240,6 +252,7 @@ fn survey(
             break ending;
         }
         if doubled {
+            survey.plan(&sums, done);
             let limit = settings.stop.walks.map_or(u64::MAX, |w| w.div_ceil(REPLICATES as u64));
             target = (2 * target).min(limit);
         }
@@ -277,13 +290,15 @@ struct Run<'a> {
     receivers: &'a [Option<Receiver<'a>>],
     /// What each receiver knows of flat lights.
     outlooks: Vec<Outlook>,
+    /// How many rays gather for each.
+    efforts: Vec<Effort>,
     /// Where photons are counted.
     counters: Vec<Option<Counter<'a>>>,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
     /// Adds the walks `first..first + count` of every replicate to every sensor; returns the flux that escaped.
-    fn add_walks(&self, first: u64, count: u64, sums: &mut [[Sum; REPLICATES]]) -> f64 {
+    fn add_walks(&mut self, first: u64, count: u64, sums: &mut [[Sum; REPLICATES]]) -> f64 {
         let walks: Vec<Vec<Walked>> = match self.settings.estimator {
             SensorEstimator::Path | SensorEstimator::Radiosity(_) => Vec::new(),
             SensorEstimator::Local(_) | SensorEstimator::Photon { .. } => (0..REPLICATES)
@@ -291,17 +306,60 @@ impl Run<'_> {
                 .map(|replicate| (first..first + count).map(|i| self.walk(replicate, i)).collect())
                 .collect(),
         };
-        // One flat list of (sensor, replicate) pairs: few sensors keep all threads busy too.
-        sums.par_iter_mut().enumerate().for_each(|(sensor, replicates)| {
-            replicates.par_iter_mut().enumerate().for_each(|(replicate, sum)| {
+        let to_clouds = |walks: &Vec<Walked<'a>>| -> Vec<Cloud<'a>> {
+            let clouds = walks.chunks(cloud::WALKS);
+            clouds.map(|w| Cloud::new(w.iter().map(|w| w.nodes.as_slice()))).collect()
+        };
+        let clouds: Vec<Vec<Cloud>> = match self.settings.estimator {
+            SensorEstimator::Local(_) => walks.par_iter().map(to_clouds).collect(),
+            _ => Vec::new(),
+        };
+        // A replicate's walks stay at hand while they serve some sensors; few sensors keep all threads busy too.
+        sums.par_chunks_mut(SERVED_TOGETHER).enumerate().for_each(|(chunk, sums)| {
+            let from = chunk * SERVED_TOGETHER;
+            let serve = |replicate: usize| -> Vec<Sum> {
                 let own = walks.get(replicate).map_or(&[][..], Vec::as_slice);
-                self.serve(sensor, replicate, first..first + count, own, sum);
-            });
+                let clouds = clouds.get(replicate).map_or(&[][..], Vec::as_slice);
+                let sensors = from..from + sums.len();
+                sensors
+                    .map(|sensor| {
+                        let mut sum = Sum::default();
+                        self.serve(sensor, replicate, first..first + count, own, clouds, &mut sum);
+                        sum
+                    })
+                    .collect()
+            };
+            let served: Vec<Vec<Sum>> = (0..REPLICATES).into_par_iter().map(serve).collect();
+            for (replicate, served) in served.iter().enumerate() {
+                for (sums, served) in sums.iter_mut().zip(served) {
+                    sums[replicate].direct += served.direct;
+                    sums[replicate].total += served.total;
+                    sums[replicate].gathered += served.gathered;
+                    sums[replicate].spoilt += served.spoilt;
+                }
+            }
         });
+        if let Some(clouds) = clouds.first() {
+            self.efforts.par_iter_mut().for_each(|effort| {
+                let rays = clouds.iter().map(|cloud| effort.rays_for(cloud.taken()) as u64);
+                effort.rays += rays.sum::<u64>();
+            });
+        }
         walks.iter().flatten().map(Walked::escaped).filter(|flux| flux.is_finite()).sum()
     }
 
-    fn walk(&self, replicate: usize, index: u64) -> Walked<'_> {
+    /// Plans how many rays gather for each sensor from what was seen so far.
+    fn plan(&mut self, sums: &[[Sum; REPLICATES]], walks: u64) {
+        self.efforts.par_iter_mut().zip(sums).for_each(|(effort, sums)| {
+            let variance = |part: fn(&Sum) -> f64| {
+                let means = sums.map(|s| part(&s) / (walks - s.spoilt).max(1) as f64);
+                Estimate::of_replicates(&means).standard_error.powi(2)
+            };
+            effort.plan(walks, variance(|s| s.total - s.gathered), variance(|s| s.gathered));
+        });
+    }
+
+    fn walk(&self, replicate: usize, index: u64) -> Walked<'a> {
         let seed = seed(self.settings.seed, replicate, WALKS);
         self.launcher.follow(&mut Stream::new(self.settings.randomness, seed, index))
     }
@@ -313,6 +371,7 @@ impl Run<'_> {
         replicate: usize,
         indices: std::ops::Range<u64>,
         walks: &[Walked],
+        clouds: &[Cloud],
         sum: &mut Sum,
     ) {
         let Some(receiver) = &self.receivers[sensor] else { return };
@@ -342,12 +401,26 @@ impl Run<'_> {
             SensorEstimator::Local(weighting) => {
                 let connector = Connector::new(self.scene, self.launcher, weighting);
                 let mut batch = Batch::default();
-                let mut streams = indices.map(stream);
-                for walks in walks.chunks(CONNECTED_TOGETHER) {
-                    let walks = walks.iter().map(|walk| walk.nodes.as_slice());
-                    let walks = walks.zip(streams.by_ref());
-                    let outlook = &self.outlooks[sensor];
-                    connector.estimate(&mut batch, receiver, outlook, walks).for_each(&mut add);
+                let effort = self.efforts[sensor];
+                let mut rays = effort.rays;
+                let asked = clouds.iter().map(|cloud| {
+                    let (from, count) = (rays, effort.rays_for(cloud.taken()));
+                    rays += count as u64;
+                    (cloud, (0..count).map(move |k| stream(from + k as u64)))
+                });
+                let estimated =
+                    connector.estimate(&mut batch, receiver, &self.outlooks[sensor], asked);
+                for (cloud, Estimated { light, connected }) in clouds.iter().zip(estimated) {
+                    sum.spoilt += cloud.spoilt() as u64;
+                    if light.is_finite() {
+                        let walks = cloud.walks() as f64;
+                        let total = light.total();
+                        sum.direct += light.direct.luminance() * walks;
+                        sum.total += total.luminance() * walks;
+                        sum.gathered += (total - connected.total()).luminance() * walks;
+                    } else {
+                        sum.spoilt += cloud.walks() as u64;
+                    }
                 }
             }
         }

@@ -1,10 +1,14 @@
 //! How light is estimated: walks from the lights, the local and the double local estimate, path tracing as the reference, radiosity and
 //! the counting of photons as the baselines.
 
+mod candidates;
+mod cloud;
 mod connect;
 mod contour;
 mod direct;
+mod effort;
 mod flat_lights;
+mod gather;
 mod groups;
 mod image;
 mod local;

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::cloud::Plane;
 use crate::math::{Frame, Rgb, sampling};
 use crate::scene::{Brdf, BrdfSample, Measure, Sensor, Vertex};
 use crate::surface::Hit;
@@ -77,6 +78,12 @@ impl<'a> Receiver<'a> {
             }
             _ => None,
         }
+    }
+
+    /// Gives it as a plane that answers by the cosine, where it is one.
+    pub(super) fn plane(&self) -> Option<Plane> {
+        let (normal, factor) = self.cosine()?;
+        Some(Plane::new(&self.hit, normal, factor))
     }
 
     /// Gives W for light that comes from the unit vector `direction`; black from below a surface.

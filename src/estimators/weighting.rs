@@ -35,6 +35,15 @@ impl Weighting {
         }
     }
 
+    /// Gives up to which K diffuse hits are connected: the share of a connection is that of min(K, limit) in K.
+    pub(super) fn limit(&self, first: bool) -> f64 {
+        match *self {
+            Self::Gather if first => 0.0,
+            Self::Walk | Self::Gather => f64::INFINITY,
+            Self::Bounded { bound } => bound,
+        }
+    }
+
     /// Tells whether connections leave anything to the gathering ray of the first estimate, or of one that a gathering ray led to.
     pub(super) fn gathers(&self, first: bool) -> bool {
         match self {

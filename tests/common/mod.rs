@@ -62,8 +62,9 @@ pub fn camera(from: DVec3, to: DVec3, resolution: [u32; 2]) -> Camera {
     Camera::perspective(from, to, 60.0_f64.to_radians(), resolution).expect("a valid camera")
 }
 
-/// Image settings with `walks` per pixel and a fixed seed.
-pub fn image(estimator: Estimator, walks: u64) -> ImageSettings {
+/// Image settings with a fixed seed for as many samples of a pixel as take `paths` paths, or four times as many walks.
+pub fn image(estimator: Estimator, paths: u64) -> ImageSettings {
+    let walks = if estimator == Estimator::Path { paths } else { 4 * paths };
     let stop = Stop { walks: Some(walks), ..Stop::default() };
     ImageSettings {
         estimator,

@@ -9,7 +9,7 @@ use crate::math::Randomness;
 use crate::scene::{Camera, Film, Filter, Scene};
 use crate::{Error, Result};
 
-use self::pass::{Pass, WALKS_PER_SAMPLE};
+use self::pass::{Pass, walks_per_sample};
 use super::connect::Light;
 use super::replicates::{Control, Ending, Observer, REPLICATES, Stop};
 use super::walk::Launcher;
@@ -47,8 +47,10 @@ pub struct Rendering {
     pub film: Film,
     /// Why the run ended.
     pub ending: Ending,
-    /// Walks (or paths) per pixel.
+    /// Walks (or paths) per pixel: 32 (or 8) a sample.
     pub walks_per_pixel: u64,
+    /// The same in the mean over pixels; fewer when pixels rested.
+    pub mean_walks_per_pixel: f64,
     /// The share of the walks' flux that left an open scene.
     pub escaped: f64,
     /// The share of all flux that comes to surfaces from point lights by mirrors: those places are dark where they are seen in a mirror themselves, and by path
@@ -112,6 +114,7 @@ pub fn render_on(
         film,
         ending: Ending::Interrupted,
         walks_per_pixel: 0,
+        mean_walks_per_pixel: 0.0,
         escaped: 0.0,
         caustic: launcher.caustic_share(settings.randomness, settings.seed),
         elapsed: Duration::ZERO,
@@ -119,7 +122,7 @@ pub fn render_on(
     let mut samples = Vec::new();
     let mut saved = (Duration::ZERO, Duration::ZERO);
     loop {
-        run.account(&launcher, &control);
+        run.account(&launcher, settings, &control);
         if let Some(ending) = run.ending(&mut control, observer) {
             run.ending = ending;
             return Ok(run);
@@ -139,7 +142,7 @@ pub fn render_on(
         }
         samples.resize(run.film.size().iter().product(), Light::default());
         if run.pass(scene, &launcher, camera, settings, (&control, observer), &mut samples) {
-            run.account(&launcher, &control);
+            run.account(&launcher, settings, &control);
             run.ending = if control.is_late() { Ending::Time } else { Ending::Interrupted };
             return Ok(run);
         }
@@ -148,17 +151,14 @@ pub fn render_on(
 
 impl Rendering {
     /// Brings the figures up to the film.
-    fn account(&mut self, launcher: &Launcher, control: &Control) {
+    fn account(&mut self, launcher: &Launcher, settings: &ImageSettings, control: &Control) {
         let emitted = launcher.power() * self.film.passes() as f64;
-        self.walks_per_pixel = (self.film.passes() * WALKS_PER_SAMPLE) as u64;
+        let walks = walks_per_sample(&settings.estimator);
+        let pixels: usize = self.film.size().iter().product();
+        self.walks_per_pixel = (self.film.passes() * walks) as u64;
+        self.mean_walks_per_pixel = self.film.samples() as f64 * walks as f64 / pixels as f64;
         self.escaped = if emitted > 0.0 { self.film.escaped().luminance() / emitted } else { 0.0 };
         self.elapsed = control.elapsed();
-    }
-
-    /// Gives the walks (or paths) of a pixel in the mean; fewer than [`Rendering::walks_per_pixel`] when pixels rested.
-    pub fn mean_walks_per_pixel(&self) -> f64 {
-        let pixels = self.film.size().iter().product::<usize>();
-        self.film.samples() as f64 * WALKS_PER_SAMPLE as f64 / pixels as f64
     }
 
     /// Tells whether and why a run is over after a complete pass.
@@ -193,7 +193,8 @@ impl Rendering {
         let pass = Pass::new(scene, launcher, settings, film);
         let cancelled = pass.fill(camera, samples, &|rows| {
             let share = rows as f64 / film.size()[1] as f64;
-            let walks = self.walks_per_pixel + (share * WALKS_PER_SAMPLE as f64) as u64;
+            let sample = walks_per_sample(&settings.estimator) as f64;
+            let walks = self.walks_per_pixel + (share * sample) as u64;
             let broken = control.report(walks, observer).is_break();
             film.passes() >= FEWEST_PASSES && (broken || control.is_late())
         });

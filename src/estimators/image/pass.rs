@@ -8,25 +8,37 @@ use rayon::prelude::*;
 use crate::math::{Rgb, Stream, hash};
 use crate::scene::{Camera, Film, Scene, Vertex};
 
-use super::super::connect::{Batch, Connector, Light, through_mirror};
+use super::super::cloud::{self, Cloud};
+use super::super::connect::{Batch, Connector, Light};
 use super::super::direct;
+use super::super::gather::through_mirror;
 use super::super::path::PathTracer;
 use super::super::receiver::Receiver;
 use super::super::replicates::seed;
-use super::super::walk::{Launcher, Node};
+use super::super::walk::Launcher;
 use super::super::weighting::Weighting;
 use super::{Estimator, ImageSettings, splat};
 
-/// Walks (or paths) that share the eye ray of one sample: a block of Sobol points as large as this is stratified in itself.
-pub(super) const WALKS_PER_SAMPLE: usize = 8;
-/// Blocks of walks made for each pass; pixels pick theirs at random.
-const BLOCKS_PER_PASS: usize = 1024;
+/// Paths that share the eye ray of one sample; walks are as many as a cloud has.
+const PATHS_PER_SAMPLE: usize = 8;
+/// Rays that gather for the walks of a sample.
+const RAYS_PER_SAMPLE: usize = 8;
+/// Clouds of walks made for each pass; pixels pick theirs at random.
+const CLOUDS_PER_PASS: usize = 256;
 
 // What random numbers are for; each has streams of its own.
 const WALKS: u64 = 1;
 const EYE: u64 = 2;
 const GATHER: u64 = 3;
 const PICK: u64 = 4;
+
+/// Gives how many walks, or paths, a sample takes.
+pub(super) fn walks_per_sample(estimator: &Estimator) -> usize {
+    match estimator {
+        Estimator::DoubleLocal(_) => cloud::WALKS,
+        Estimator::Path => PATHS_PER_SAMPLE,
+    }
+}
 
 /// One sample of every pixel, belonging to one replicate.
 pub(super) struct Pass<'a> {
@@ -35,7 +47,7 @@ pub(super) struct Pass<'a> {
     settings: &'a ImageSettings,
     /// Says which pixels take a sample, and its index.
     film: &'a Film,
-    walks: Vec<Vec<Node<'a>>>,
+    clouds: Vec<Cloud<'a>>,
     /// The mean flux per walk that left the scene.
     pub(super) escaped: Rgb,
 }
@@ -48,7 +60,7 @@ impl<'a> Pass<'a> {
         film: &'a Film,
     ) -> Self {
         let (count, weighting) = match settings.estimator {
-            Estimator::DoubleLocal(weighting) => (BLOCKS_PER_PASS * WALKS_PER_SAMPLE, weighting),
+            Estimator::DoubleLocal(weighting) => (CLOUDS_PER_PASS * cloud::WALKS, weighting),
             Estimator::Path => (0, Weighting::Walk),
         };
         let launch = |i: usize| {
@@ -60,12 +72,14 @@ impl<'a> Pass<'a> {
             (nodes, escaped)
         };
         let (walks, lost): (Vec<_>, Vec<_>) = (0..count).into_par_iter().map(launch).unzip();
+        let clouds = walks.chunks(cloud::WALKS);
+        let clouds = clouds.map(|walks| Cloud::new(walks.iter().map(Vec::as_slice))).collect();
         Self {
             scene,
             connector: Connector::new(scene, launcher, weighting),
             settings,
             film,
-            walks,
+            clouds,
             escaped: lost.into_iter().sum::<Rgb>() / count.max(1) as f64,
         }
     }
@@ -107,11 +121,11 @@ impl<'a> Pass<'a> {
 
     /// Adds what only the walks can show to the samples of all pixels.
     pub(super) fn splat(&self, camera: &Camera, samples: &mut [Light]) {
-        if self.walks.is_empty() || !self.scene.has_mirrors() {
+        if self.clouds.is_empty() || !self.scene.has_mirrors() {
             return;
         }
-        let nodes = self.walks.iter().flatten();
-        let weight = 1.0 / self.walks.len() as f64;
+        let nodes = self.clouds.iter().flat_map(Cloud::nodes);
+        let weight = 1.0 / self.clouds.iter().map(Cloud::walks).sum::<usize>() as f64;
         splat::add(self.scene, camera, self.settings.filter, nodes, weight, samples);
     }
 
@@ -170,21 +184,25 @@ impl<'a> Pass<'a> {
         };
         let receiver = Receiver::reflecting(vertex);
         let mut direct = direct::few_point_lights(self.scene, &receiver, eye);
-        let indices = (0..WALKS_PER_SAMPLE as u64).map(|k| index * WALKS_PER_SAMPLE as u64 + k);
-        let sampled: Light = match self.settings.estimator {
-            Estimator::Path => indices.map(|i| tracer.trace(&receiver, &mut stream(i))).sum(),
+        let streams =
+            |count: usize| (0..count).map(move |k| stream(index * count as u64 + k as u64));
+        let mean: Light = match self.settings.estimator {
+            Estimator::Path => {
+                let paths = streams(PATHS_PER_SAMPLE).map(|mut s| tracer.trace(&receiver, &mut s));
+                paths.sum::<Light>() / PATHS_PER_SAMPLE as f64
+            }
             Estimator::DoubleLocal(_) => {
                 let picked = hash([seed_of(self.settings, self.film, PICK), pixel, index]);
-                let block = picked as usize % BLOCKS_PER_PASS;
-                let walks = &self.walks[block * WALKS_PER_SAMPLE..];
-                let walks = walks.iter().map(Vec::as_slice);
-                let walks = walks.zip(indices.map(stream));
+                let cloud = &self.clouds[picked as usize % CLOUDS_PER_PASS];
+                if cloud.spoilt() > 0 {
+                    return Light::SPOILT;
+                }
                 let outlook = self.connector.outlook(&receiver);
                 direct += outlook.light;
-                self.connector.estimate(batch, &receiver, &outlook, walks).sum()
+                let asked = std::iter::once((cloud, streams(RAYS_PER_SAMPLE)));
+                self.connector.estimate(batch, &receiver, &outlook, asked).map(|e| e.light).sum()
             }
         };
-        let mean = sampled / WALKS_PER_SAMPLE as f64;
         Light { direct: direct + mean.direct, indirect: mean.indirect }
     }
 }

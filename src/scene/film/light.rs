@@ -1,5 +1,7 @@
 //! Light that is told apart by its way: straight from a source, or reflected before.
 
+use std::ops::{Add, Div, Mul, Sub};
+
 use crate::math::Rgb;
 
 /// Separates what came straight from a source from what was reflected before.
@@ -20,25 +22,59 @@ impl Light {
         self.direct + self.indirect
     }
 
+    /// Gives it without what is no more than the roundings of a sum of this size.
+    pub(crate) fn above_rounding(self, of: &Self) -> Self {
+        const ROUNDING: f64 = 1e-12;
+        let above = |light: Rgb, of: Rgb| {
+            let components = [0, 1, 2].map(|i| {
+                let (c, rounding) = (light.0[i], ROUNDING * of.0[i]);
+                if c.abs() <= rounding { 0.0 } else { c }
+            });
+            Rgb(components)
+        };
+        Self { direct: above(self.direct, of.direct), indirect: above(self.indirect, of.indirect) }
+    }
+
     /// Tells whether all components are finite numbers.
     pub fn is_finite(&self) -> bool {
         self.direct.is_finite() && self.indirect.is_finite()
     }
 }
 
-impl std::iter::Sum for Light {
-    fn sum<I: Iterator<Item = Self>>(lights: I) -> Self {
-        lights.fold(Self::default(), |sum, light| Self {
-            direct: sum.direct + light.direct,
-            indirect: sum.indirect + light.indirect,
-        })
+impl Add for Light {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { direct: self.direct + other.direct, indirect: self.indirect + other.indirect }
     }
 }
 
-impl std::ops::Div<f64> for Light {
+impl Sub for Light {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self { direct: self.direct - other.direct, indirect: self.indirect - other.indirect }
+    }
+}
+
+impl Mul<f64> for Light {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        Self { direct: self.direct * factor, indirect: self.indirect * factor }
+    }
+}
+
+impl Div<f64> for Light {
     type Output = Self;
 
     fn div(self, divisor: f64) -> Self {
         Self { direct: self.direct / divisor, indirect: self.indirect / divisor }
+    }
+}
+
+impl std::iter::Sum for Light {
+    fn sum<I: Iterator<Item = Self>>(lights: I) -> Self {
+        lights.fold(Self::default(), Self::add)
     }
 }

@@ -1,0 +1,157 @@
+//! Which nodes of a cloud are connected to a receiver: some, drawn in proportion to what they bring, stand for all.
+
+use fearless_simd::Level;
+
+use super::cloud::{Cloud, LANES, Plane, Weighed};
+use super::receiver::Receiver;
+use super::walk::Node;
+use crate::math::Rgb;
+use crate::scene::Light;
+
+/// Holds what the nodes of a cloud bring to a receiver if nothing hinders it.
+#[derive(Default)]
+pub(super) struct Candidates {
+    plane: Option<Plane>,
+    /// What the diffuse nodes bring to the plane.
+    diffuse: Vec<Weighed>,
+    /// What the other nodes bring, and by what they are drawn; all nodes when the receiver is no plane.
+    others: Vec<(Light, f64)>,
+}
+
+/// How often a start is drawn, as a part of what it brings, on a light that seems to be seen whole: a ray to it hardly tells anything new.
+const WHOLLY_SEEN: f64 = 0.125;
+
+impl Candidates {
+    /// Weighs the nodes of a cloud, diffuse ones with K up to `limit`, the others by `weigh`, and returns what all bring, but for the `known` share of the light of
+    /// starts.
+    pub(super) fn weigh(
+        &mut self,
+        level: Level,
+        receiver: &Receiver,
+        cloud: &Cloud,
+        limit: f64,
+        weigh: impl Fn(&Node) -> Rgb,
+        known: impl Fn(&Node) -> f64,
+    ) -> Light {
+        let mut all = Light::default();
+        self.plane = receiver.plane();
+        self.diffuse.clear();
+        if let Some(plane) = &self.plane {
+            all.indirect = cloud.weigh(level, plane, limit, &mut self.diffuse);
+        }
+        self.others.clear();
+        for node in self.others_of(cloud) {
+            let light = weigh(node);
+            let luminance = light.luminance();
+            self.others.push(if node.start_density.is_some() {
+                let known = known(node);
+                all.direct += light * (1.0 - known);
+                let interest = if known < 1.0 { 1.0 } else { WHOLLY_SEEN };
+                (Light { direct: light, indirect: Rgb::BLACK }, luminance * interest)
+            } else {
+                all.indirect += light;
+                (Light { direct: Rgb::BLACK, indirect: light }, luminance)
+            });
+        }
+        all
+    }
+
+    fn others_of<'c, 'a>(&self, cloud: &'c Cloud<'a>) -> &'c [Node<'a>] {
+        if self.plane.is_some() { cloud.others() } else { cloud.nodes() }
+    }
+
+    /// Hands `take` about `count` nodes, drawn at even distances from a random `start` (0 to 1) along the sum of their luminances: each with as much light that the mean
+    /// over starts is all.
+    pub(super) fn draw(
+        &self,
+        cloud: &Cloud,
+        count: usize,
+        start: f64,
+        mut take: impl FnMut(&Node, Light),
+    ) {
+        let others = self.others.iter().map(|(_, weight)| *weight);
+        let total = self.diffuse.iter().map(|block| block.total).chain(others).sum::<f64>();
+        let step = total / count as f64;
+        let mut draw = Draw { next: start * step, step, sum: 0.0 };
+        if let Some(plane) = &self.plane {
+            for (block, weighed) in self.diffuse.iter().enumerate() {
+                if draw.passes(weighed.total) {
+                    continue;
+                }
+                for (lane, luminance) in weighed.luminances.iter().enumerate() {
+                    if let Some(scale) = draw.scale(*luminance) {
+                        let node = block * LANES + lane;
+                        let indirect = cloud.light(node, plane, weighed) * scale;
+                        take(&cloud.nodes()[node], Light { direct: Rgb::BLACK, indirect });
+                    }
+                }
+            }
+        }
+        for (node, (light, weight)) in self.others_of(cloud).iter().zip(&self.others) {
+            if let Some(scale) = draw.scale(*weight) {
+                take(node, *light * scale);
+            }
+        }
+    }
+}
+
+/// Draws at even distances along the sum of some weights.
+struct Draw {
+    next: f64,
+    step: f64,
+    sum: f64,
+}
+
+impl Draw {
+    /// Passes over weights with this sum when nothing is drawn there.
+    #[inline]
+    fn passes(&mut self, total: f64) -> bool {
+        let passes = self.sum + total <= self.next;
+        if passes {
+            self.sum += total;
+        }
+        passes
+    }
+
+    /// Tells how often a weight is drawn, in units of how often it is in the mean; `None` when it is not.
+    #[inline]
+    fn scale(&mut self, weight: f64) -> Option<f64> {
+        self.sum += weight;
+        let mut times = 0_u32;
+        while self.next < self.sum {
+            self.next += self.step;
+            times += 1;
+        }
+        (times > 0).then(|| f64::from(times) * self.step / weight)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_weight_is_drawn_as_often_as_it_weighs() {
+        let weights = [0.5, 0.0, 3.0, 0.05, 0.0, 7.0, 0.25];
+        let total: f64 = weights.iter().sum();
+        let mut means = [0.0; 7];
+        let starts = 10_000;
+        for i in 0..starts {
+            let step = total / 3.0;
+            let start = (f64::from(i) + 0.5) / f64::from(starts);
+            let mut draw = Draw { next: start * step, step, sum: 0.0 };
+            let mut drawn = 0.0;
+            for (mean, weight) in means.iter_mut().zip(weights) {
+                if let Some(scale) = draw.scale(weight) {
+                    *mean += scale / f64::from(starts);
+                    drawn += scale * weight;
+                }
+            }
+            assert!((drawn - total).abs() <= 1e-12, "{drawn}");
+        }
+        for (mean, weight) in means.iter().zip(weights) {
+            let expected = if weight > 0.0 { 1.0 } else { 0.0 };
+            assert!((mean - expected).abs() <= 1e-2, "{mean} {weight}");
+        }
+    }
+}

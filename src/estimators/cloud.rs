@@ -1,0 +1,236 @@
+//! Walks made ready to be connected to many receivers: their nodes side by side, the diffuse ones in lanes.
+
+use std::f64::consts::PI;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f64x8};
+use glam::DVec3;
+
+use super::walk::Node;
+use crate::math::Rgb;
+use crate::scene::Brdf;
+use crate::surface::Hit;
+
+pub(super) const LANES: usize = 8;
+
+/// How many walks make a cloud.
+pub(super) const WALKS: usize = 32;
+
+/// Holds the nodes of some walks.
+pub(super) struct Cloud<'a> {
+    /// Diffuse hits first, as they are in `blocks`; then glossy ones and starts.
+    nodes: Vec<Node<'a>>,
+    diffuse: usize,
+    blocks: Vec<Block>,
+    walks: usize,
+    spoilt: usize,
+}
+
+/// Diffuse nodes side by side; a lane without one sends nothing.
+#[derive(Clone, Copy, Default)]
+struct Block {
+    place: [[f64; LANES]; 3],
+    normal: [[f64; LANES]; 3],
+    /// The flux reflected per steradian and cosine, lm/sr: Q reflectance / pi.
+    strength: [[f64; LANES]; 3],
+    /// Up to which K in 1/m2 the node is connected in full, whatever the weighting says.
+    at_least: [f64; LANES],
+}
+
+/// A receiver that answers light by the cosine, as the lanes need it.
+pub(super) struct Plane {
+    pub(super) point: DVec3,
+    /// The normal by which light counts.
+    pub(super) normal: DVec3,
+    /// The normal of the true surface, on the same side.
+    pub(super) true_normal: DVec3,
+    /// W / cos.
+    pub(super) factor: Rgb,
+}
+
+impl Plane {
+    pub(super) fn new(hit: &Hit, normal: DVec3, factor: Rgb) -> Self {
+        let side = 1.0_f64.copysign(hit.normal.dot(normal));
+        Self { point: hit.point, normal, true_normal: side * hit.normal, factor }
+    }
+}
+
+impl<'a> Cloud<'a> {
+    /// Takes walks up. A walk with a node that is not sound is left out and counted.
+    pub(super) fn new<'w>(walks: impl Iterator<Item = &'w [Node<'a>]>) -> Self
+    where
+        'a: 'w,
+    {
+        let (mut nodes, mut others) = (Vec::new(), Vec::new());
+        let (mut sound, mut spoilt) = (0, 0);
+        for walk in walks {
+            if !walk.last().is_none_or(Node::is_sound) {
+                spoilt += 1;
+                continue;
+            }
+            sound += 1;
+            for node in walk {
+                let kind = if diffuse(node).is_some() { &mut nodes } else { &mut others };
+                kind.push(*node);
+            }
+        }
+        let diffuse = nodes.len();
+        let blocks = nodes.chunks(LANES).map(Block::new).collect();
+        nodes.append(&mut others);
+        Self { nodes, diffuse, blocks, walks: sound, spoilt }
+    }
+
+    /// Gives the number of walks without those left out.
+    pub(super) fn walks(&self) -> usize {
+        self.walks
+    }
+
+    /// Gives the number of walks left out.
+    pub(super) fn spoilt(&self) -> usize {
+        self.spoilt
+    }
+
+    /// Gives the number of walks with those left out.
+    pub(super) fn taken(&self) -> usize {
+        self.walks + self.spoilt
+    }
+
+    /// Gives all nodes.
+    pub(super) fn nodes(&self) -> &[Node<'a>] {
+        &self.nodes
+    }
+
+    /// Gives the nodes that are not diffuse hits: glossy ones and starts.
+    pub(super) fn others(&self) -> &[Node<'a>] {
+        &self.nodes[self.diffuse..]
+    }
+
+    /// Gives what a diffuse node brings to a plane, its block being weighed for that.
+    pub(super) fn light(&self, node: usize, plane: &Plane, weighed: &Weighed) -> Rgb {
+        let (block, lane) = (node / LANES, node % LANES);
+        let [r, g, b] = self.blocks[block].strength;
+        plane.factor * Rgb([r[lane], g[lane], b[lane]]) * weighed.kernels[lane]
+    }
+
+    /// Weighs the diffuse nodes at a plane, K up to `limit`: puts K and the luminance that each brings unhindered into `weighed`, and returns what all bring.
+    pub(super) fn weigh(
+        &self,
+        level: Level,
+        plane: &Plane,
+        limit: f64,
+        weighed: &mut Vec<Weighed>,
+    ) -> Rgb {
+        weighed.resize(self.blocks.len(), Weighed::default());
+        dispatch!(level, simd => self.weigh_simd(simd, plane, limit, weighed))
+    }
+
+    #[inline(always)]
+    fn weigh_simd<S: Simd>(
+        &self,
+        simd: S,
+        plane: &Plane,
+        limit: f64,
+        weighed: &mut [Weighed],
+    ) -> Rgb {
+        let mut sums = [f64x8::splat(simd, 0.0); 3];
+        for (block, weighed) in self.blocks.iter().zip(weighed) {
+            let kernel = block.kernels(simd, plane, limit);
+            let [r, g, b] = block.light(simd, kernel, plane.factor);
+            sums = [sums[0] + r, sums[1] + g, sums[2] + b];
+            let two = f64x8::splat(simd, 0.2126);
+            let luminance = (r - g).mul_add(two, (b - g).mul_add(f64x8::splat(simd, 0.0722), g));
+            weighed.kernels = kernel.into();
+            weighed.luminances = luminance.into();
+            weighed.total = total(luminance);
+        }
+        Rgb([total(sums[0]), total(sums[1]), total(sums[2])])
+    }
+}
+
+/// What the nodes of a block bring to a plane, unhindered.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Weighed {
+    kernels: [f64; LANES],
+    /// Luminances.
+    pub(super) luminances: [f64; LANES],
+    /// Their sum.
+    pub(super) total: f64,
+}
+
+/// Adds up the lanes.
+#[inline(always)]
+fn total<S: Simd>(lanes: f64x8<S>) -> f64 {
+    <[f64; LANES]>::from(lanes).iter().sum()
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, rows: &[[f64; LANES]; 3]) -> [f64x8<S>; 3] {
+    [
+        f64x8::from_slice(simd, &rows[0]),
+        f64x8::from_slice(simd, &rows[1]),
+        f64x8::from_slice(simd, &rows[2]),
+    ]
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, v: DVec3) -> [f64x8<S>; 3] {
+    [f64x8::splat(simd, v.x), f64x8::splat(simd, v.y), f64x8::splat(simd, v.z)]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+/// Gives the reflectance of a node that reflects light diffusely.
+fn diffuse(node: &Node) -> Option<Rgb> {
+    match node.vertex.brdf() {
+        Brdf::Lambert { reflectance } if node.start_density.is_none() => Some(*reflectance),
+        _ => None,
+    }
+}
+
+impl Block {
+    fn new(nodes: &[Node]) -> Self {
+        let mut block = Self::default();
+        for (lane, node) in nodes.iter().enumerate() {
+            let vertex = &node.vertex;
+            let strength = diffuse(node).map_or(Rgb::BLACK, |r| node.flux * r / PI);
+            for axis in 0..3 {
+                block.place[axis][lane] = vertex.hit.point[axis];
+                block.normal[axis][lane] = vertex.normal[axis];
+                block.strength[axis][lane] = strength.0[axis];
+            }
+            block.at_least[lane] = if node.caustic { f64::INFINITY } else { 0.0 };
+        }
+        block
+    }
+
+    /// Gives K of each lane.
+    #[inline(always)]
+    fn kernels<S: Simd>(&self, simd: S, plane: &Plane, limit: f64) -> f64x8<S> {
+        let (place, from) = (load(simd, &self.place), splat(simd, plane.point));
+        let to_node = [place[0] - from[0], place[1] - from[1], place[2] - from[2]];
+        let towards = dot(to_node, splat(simd, plane.normal));
+        let above = dot(to_node, splat(simd, plane.true_normal));
+        let away = dot(to_node, load(simd, &self.normal));
+        let squared = dot(to_node, to_node);
+        let zero = f64x8::splat(simd, 0.0);
+        let kernel = -(towards * away) / (squared * squared);
+        let limit = f64x8::splat(simd, limit).max(f64x8::from_slice(simd, &self.at_least));
+        let faces = towards.simd_gt(zero) & above.simd_gt(zero) & away.simd_lt(zero);
+        faces.select(kernel.min(limit), zero)
+    }
+
+    /// Gives the light of each lane, colour by colour.
+    #[inline(always)]
+    fn light<S: Simd>(&self, simd: S, kernel: f64x8<S>, factor: Rgb) -> [f64x8<S>; 3] {
+        let strength = load(simd, &self.strength);
+        let [r, g, b] = factor.0;
+        [
+            strength[0] * (kernel * f64x8::splat(simd, r)),
+            strength[1] * (kernel * f64x8::splat(simd, g)),
+            strength[2] * (kernel * f64x8::splat(simd, b)),
+        ]
+    }
+}
