@@ -1,16 +1,16 @@
-//! The tool as a user meets it: a process in a folder of its own, judged by its exit code, what it says and what it writes.
+//! The tool as a user meets it: what all verbs have in common, and each verb once.
 
-use std::collections::BTreeMap;
-use std::ffi::OsStr;
-use std::fmt::Write;
+mod common;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Stdio};
 
 use harmolux::io::coefficients::{self, ReadOptions};
 use harmolux::io::images::Exr;
 use serde_json::Value;
-use tempfile::TempDir;
+
+use common::desk::{Desk, Said, assert_says, repository};
+use common::solids::{cube, u_shape};
 
 /// A room with a crate, a lamp, a camera of 16 x 12 pixels and five sensors: nothing is fitted, so all runs are short.
 const ROOM: &str = r#"format = 1
@@ -60,153 +60,26 @@ stop = { walks = 64 }
 /// The stop that makes renders of the repository's own scene short.
 const SHORT: [&str; 4] = ["--size", "16x12", "-D", "render.stop={walks=64}"];
 
-fn repository(path: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path).display().to_string()
-}
-
 fn head_room() -> String {
     repository("data/scenes/head_room.toml")
 }
 
-fn stdout(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
+/// A folder with `room.toml`.
+fn desk_with_room() -> Desk {
+    Desk::new().with("room.toml", ROOM)
 }
 
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+/// Refuses the room with `from` replaced by `to`.
+fn refused_room(desk: &Desk, verb: &str, [from, to]: [&str; 2], words: &[&str]) {
+    assert!(ROOM.contains(from), "{from}");
+    desk.put("changed.toml", ROOM.replacen(from, to, 1));
+    desk.refused([verb, "changed.toml"], words);
 }
 
-fn code(output: &Output) -> i32 {
-    output.status.code().unwrap_or(-1)
-}
-
-/// Asks for each of the words in a text.
-fn assert_says(text: &str, words: &[&str]) {
-    for word in words {
-        assert!(text.contains(word), "`{word}` is missing in:\n{text}");
-    }
-}
-
-/// A folder to work in.
-struct Desk(TempDir);
-
-impl Desk {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a folder"))
-    }
-
-    /// A folder with `room.toml`.
-    fn with_room() -> Self {
-        let desk = Self::new();
-        desk.put("room.toml", ROOM);
-        desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn put(&self, name: &str, text: &str) {
-        fs::write(self.path(name), text).expect("written");
-    }
-
-    fn bytes(&self, name: &str) -> Vec<u8> {
-        fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-    }
-
-    fn text(&self, name: &str) -> String {
-        String::from_utf8(self.bytes(name)).expect("UTF-8")
-    }
-
-    /// Everything in the folder; a folder in it has no bytes.
-    fn content(&self) -> BTreeMap<PathBuf, Vec<u8>> {
-        let entries = fs::read_dir(self.0.path()).expect("readable");
-        let paths = entries.map(|e| e.expect("readable").path());
-        paths.map(|path| (path.clone(), fs::read(&path).unwrap_or_default())).collect()
-    }
-
-    fn command<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
-        command.current_dir(self.0.path()).args(arguments);
-        command
-    }
-
-    fn run<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Output {
-        self.command(arguments).output().expect("the tool starts")
-    }
-
-    /// Runs what must be done without complaint.
-    fn done<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Output {
-        let output = self.run(arguments);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        output
-    }
-
-    /// Runs what must be done with `--json`.
-    fn json<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Value {
-        let output = self.command(arguments).arg("--json").output().expect("the tool starts");
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        serde_json::from_slice(&output.stdout).expect("valid JSON on stdout, and nothing else")
-    }
-
-    /// Runs what must be refused as bad input, in these words, without writing anything.
-    fn refused<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>, words: &[&str]) {
-        let before = self.content();
-        let output = self.run(arguments);
-        assert_eq!(code(&output), 3, "{}", stderr(&output));
-        assert!(stderr(&output).starts_with("error: "), "{}", stderr(&output));
-        assert_says(&stderr(&output), words);
-        assert_eq!(stdout(&output), "", "data for bad input");
-        assert!(self.content() == before, "something was written: {:?}", self.content().keys());
-    }
-
-    /// Refuses the room with `from` replaced by `to`.
-    fn refused_room(&self, verb: &str, [from, to]: [&str; 2], words: &[&str]) {
-        assert!(ROOM.contains(from), "{from}");
-        self.put("changed.toml", &ROOM.replacen(from, to, 1));
-        self.refused([verb, "changed.toml"], words);
-    }
-
-    /// Refuses a mesh for each verb that shapes it.
-    fn refused_mesh(&self, mesh: &str, words: &[&str]) {
-        self.refused(["fit", mesh, "-l", "2", "-o", "out.txt"], words);
-        self.refused(["sweep", mesh, "-l", "2", "-o", "out"], words);
-    }
-}
-
-/// Writes a prism over the polygon `corners` (counter-clockwise), whose caps are cut into the quadrilaterals `caps` (from 0).
-fn prism(corners: &[[f64; 2]], heights: [f64; 2], caps: &[[usize; 4]]) -> String {
-    let n = corners.len();
-    let mut text = String::new();
-    for z in heights {
-        for [x, y] in corners {
-            writeln!(text, "v {x} {y} {z}").expect("a String takes all");
-        }
-    }
-    let mut face = |corners: [usize; 4]| {
-        let [a, b, c, d] = corners.map(|i| i + 1);
-        writeln!(text, "f {a} {b} {c} {d}").expect("a String takes all");
-    };
-    for &[a, b, c, d] in caps {
-        face([d, c, b, a]);
-        face([a + n, b + n, c + n, d + n]);
-    }
-    for i in 0..n {
-        let j = (i + 1) % n;
-        face([i, j, j + n, i + n]);
-    }
-    text
-}
-
-/// A cube of side `2 a` about the origin.
-fn cube(a: f64) -> String {
-    prism(&[[-a, -a], [a, -a], [a, a], [-a, a]], [-a, a], &[[0, 1, 2, 3]])
-}
-
-/// A prism shaped like the letter U: no point sees all of it.
-fn u_shape() -> String {
-    let corners = [[0., 0.], [3., 0.], [3., 3.], [2., 3.], [2., 1.], [1., 1.], [1., 3.], [0., 3.]];
-    prism(&corners, [0.0, 1.0], &[[0, 1, 4, 5], [1, 2, 3, 4], [0, 5, 6, 7]])
+/// Refuses a mesh for each verb that shapes it.
+fn refused_mesh(desk: &Desk, mesh: &str, words: &[&str]) {
+    desk.refused(["fit", mesh, "-l", "2", "-o", "out.txt"], words);
+    desk.refused(["sweep", mesh, "-l", "2", "-o", "out"], words);
 }
 
 // Renders.
@@ -217,7 +90,7 @@ fn head_room_renders_to_png_and_exr_with_a_full_report_again_and_again() {
     for _ in 0..2 {
         let output = desk.done(["render", &head_room()].into_iter().chain(SHORT));
         assert_says(
-            &stdout(&output),
+            &output.out,
             &[
                 "degree 32, 1089 coefficients",
                 "4 356 B against 587 796 B of the mesh",
@@ -230,7 +103,7 @@ fn head_room_renders_to_png_and_exr_with_a_full_report_again_and_again() {
                 "head_room.exr",
             ],
         );
-        assert_says(&stderr(&output), &["fitted `head`: degree 32", "exposure"]);
+        assert_says(&output.err, &["fitted `head`: degree 32", "exposure"]);
     }
     assert!(desk.bytes("head_room.png").starts_with(b"\x89PNG\r\n\x1a\n"));
     assert_eq!(desk.content().len(), 2);
@@ -258,7 +131,7 @@ fn json_report_of_a_render_has_the_same_numbers() {
 
 #[test]
 fn exr_holds_colour_luminance_and_its_standard_error() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     let report = desk.json(["render", "room.toml", "-o", "a.exr", "--layers", "none"]);
     let image = Exr::read(&desk.path("a.exr")).expect("readable");
     assert_eq!((image.width(), image.height()), (16, 12));
@@ -291,7 +164,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
 
 #[test]
 fn named_outputs_and_a_quick_look_replace_the_defaults() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     let report = desk.json(["render", "room.toml", "-o", "look.PNG", "--quick"]);
     assert_eq!(report["resolution"], serde_json::json!([8, 6]));
     assert_eq!(report["written"], serde_json::json!(["look.PNG"]));
@@ -300,7 +173,7 @@ fn named_outputs_and_a_quick_look_replace_the_defaults() {
 
 #[test]
 fn override_changes_the_light() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     let mean = |intensity: &str| {
         let define = format!("lights.lamp.point.intensity={intensity}");
         let report = desk.json(["render", "room.toml", "-D", &define]);
@@ -315,14 +188,14 @@ fn override_changes_the_light() {
 
 #[test]
 fn illum_prints_a_table_for_each_group_and_writes_csv() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     for _ in 0..2 {
         let output = desk.done(["illum", "room.toml", "-o", "lux.csv"]);
         assert_says(
-            &stdout(&output),
+            &output.out,
             &["| floor |", "| spots |", "E lx", "± 95 %", "direct lx", "floor: mean", "floor: U0 "],
         );
-        assert_says(&stderr(&output), &["64 walks in"]);
+        assert_says(&output.err, &["64 walks in"]);
     }
     let csv = desk.text("lux.csv");
     let mut lines = csv.lines();
@@ -339,7 +212,7 @@ fn illum_prints_a_table_for_each_group_and_writes_csv() {
 
 #[test]
 fn json_of_illum_has_a_row_for_each_sensor() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     let report = desk.json(["illum", "room.toml"]);
     let rows = report["rows"].as_array().expect("rows");
     assert_eq!(rows.len(), 5);
@@ -361,16 +234,16 @@ fn json_of_illum_has_a_row_for_each_sensor() {
 fn fitted_coefficients_are_described_and_stand_in_a_scene() {
     let desk = Desk::new();
     let fit = ["fit", &repository("data/head.obj"), "-l", "8", "-o", "head.txt"];
-    assert_says(&stdout(&desk.done(fit)), &["8, 81 coefficients", "324 B in f32", "RMS error"]);
-    assert_says(&stdout(&desk.done(["info", "head.txt"])), &["degree       8, 81", "head.obj"]);
+    assert_says(&desk.done(fit).out, &["8, 81 coefficients", "324 B in f32", "RMS error"]);
+    assert_says(&desk.done(["info", "head.txt"]).out, &["degree       8, 81", "head.obj"]);
     let [fitted, held] = [desk.json(fit), desk.json(["info", "head.txt"])];
     for name in ["degree", "coefficients", "bytes", "centre", "mean_radius"] {
         assert_eq!(fitted[name], held[name], "{name}");
     }
     let head = "[objects.head.sh]\nfile = \"head.txt\"\ndegree = 8\nat = [1.5, 3, 1.5]\nscale = 5\nmaterial = \"walls\"\n";
-    desk.put("room.toml", &format!("{ROOM}{head}"));
+    desk.put("room.toml", format!("{ROOM}{head}"));
     let with_head = desk.done(["render", "room.toml", "-o", "a.exr"]);
-    assert!(!stderr(&with_head).contains("warning"), "{}", stderr(&with_head));
+    assert!(!with_head.err.contains("warning"), "{}", with_head.err);
     desk.put("room.toml", ROOM);
     desk.done(["render", "room.toml", "-o", "b.exr"]);
     assert!(desk.bytes("a.exr") != desk.bytes("b.exr"), "the head is not to be seen");
@@ -400,8 +273,8 @@ fn grid_projection_comes_close_to_the_conforming_one() {
 #[test]
 fn unit_and_centre_of_a_mesh_are_heeded() {
     let desk = Desk::new();
-    desk.put("metres.obj", &cube(1.0));
-    desk.put("millimetres.obj", &cube(1000.0));
+    desk.put("metres.obj", cube(1.0));
+    desk.put("millimetres.obj", cube(1000.0));
     let a = desk.json(["fit", "metres.obj", "-l", "4", "-o", "a.txt"]);
     let b = desk.json(["fit", "millimetres.obj", "-l", "4", "-o", "b.txt", "--unit", "mm"]);
     let number = |v: &Value, name: &str| v[name].as_f64().expect("a number");
@@ -419,7 +292,7 @@ fn unit_and_centre_of_a_mesh_are_heeded() {
 #[test]
 fn info_describes_meshes_with_their_faults() {
     let desk = Desk::new();
-    desk.put("u.obj", &u_shape());
+    desk.put("u.obj", u_shape());
     let u = desk.json(["info", "u.obj"]);
     assert_eq!((&u["closed"], &u["euler"], &u["vertices"]), (&true.into(), &2.into(), &16.into()));
     let [volume, clearance] = [&u["volume"], &u["star"]["best_clearance"]].map(Value::as_f64);
@@ -427,7 +300,7 @@ fn info_describes_meshes_with_their_faults() {
     assert!(volume.is_some_and(|v| (v - 7.0).abs() <= 1e-12), "{u}");
     assert!(clearance.is_some_and(|c| c < 0.0), "{u}");
     desk.put("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    assert_says(&stdout(&desk.done(["info", "open.obj"])), &["closed            no", "3 edges"]);
+    assert_says(&desk.done(["info", "open.obj"]).out, &["closed            no", "3 edges"]);
 }
 
 #[test]
@@ -435,7 +308,7 @@ fn sweep_prints_and_writes_a_line_for_each_degree_and_the_mesh() {
     let desk = Desk::new();
     for _ in 0..2 {
         let sweep = ["sweep", &repository("data/head.obj"), "-l", "2,4", "-o", "out"];
-        let table = stdout(&desk.done(sweep));
+        let table = desk.done(sweep).out;
         assert_says(&table, &["| degree 2 |", "| degree 4 |", "| mesh     |", "587 796 B"]);
     }
     let csv = desk.text("out/sweep.csv");
@@ -452,7 +325,7 @@ fn sweep_prints_and_writes_a_line_for_each_degree_and_the_mesh() {
 #[test]
 fn json_of_a_sweep_has_falling_errors() {
     let desk = Desk::new();
-    desk.put("cube.obj", &cube(1.0));
+    desk.put("cube.obj", cube(1.0));
     let report = desk.json(["sweep", "cube.obj", "-l", "2..4", "-o", "out"]);
     let rows = report["rows"].as_array().expect("rows");
     let rms: Vec<f64> = rows.iter().filter_map(|r| r["relative_rms"].as_f64()).collect();
@@ -465,7 +338,7 @@ fn json_of_a_sweep_has_falling_errors() {
 
 #[test]
 fn wrong_command_lines_end_with_2_and_show_the_usage() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     let wrong: [&[&str]; 11] = [
         &[],
         &["paint"],
@@ -482,9 +355,9 @@ fn wrong_command_lines_end_with_2_and_show_the_usage() {
     let before = desk.content();
     for arguments in wrong {
         let output = desk.run(arguments);
-        assert_eq!(code(&output), 2, "{arguments:?}: {}", stderr(&output));
-        assert_says(&stderr(&output), &["--help"]);
-        assert_eq!(stdout(&output), "", "{arguments:?}");
+        assert_eq!(output.code, 2, "{arguments:?}: {}", output.err);
+        assert_says(&output.err, &["--help"]);
+        assert_eq!(output.out, "", "{arguments:?}");
     }
     assert!(desk.content() == before);
 }
@@ -494,7 +367,7 @@ fn wrong_command_lines_end_with_2_and_show_the_usage() {
 #[test]
 fn missing_mesh_is_named() {
     let desk = Desk::new();
-    desk.refused_mesh("none.obj", &["none.obj: cannot read"]);
+    refused_mesh(&desk, "none.obj", &["none.obj: cannot read"]);
     desk.refused(["info", "none.obj"], &["none.obj: cannot read"]);
 }
 
@@ -502,14 +375,14 @@ fn missing_mesh_is_named() {
 fn empty_mesh_is_explained() {
     let desk = Desk::new();
     desk.put("empty.obj", "");
-    desk.refused_mesh("empty.obj", &["empty.obj: no vertices and no faces", "help: "]);
+    refused_mesh(&desk, "empty.obj", &["empty.obj: no vertices and no faces", "help: "]);
 }
 
 #[test]
 fn vertex_that_is_not_a_number_is_located() {
     let desk = Desk::new();
     desk.put("bad.obj", "# a tetrahedron\nv 0 0 0\nv 1 nan 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\n");
-    desk.refused_mesh("bad.obj", &["bad.obj:3: vertex 2 is at", "not finite"]);
+    refused_mesh(&desk, "bad.obj", &["bad.obj:3: vertex 2 is at", "not finite"]);
 }
 
 #[test]
@@ -518,26 +391,30 @@ fn open_mesh_is_refused_with_the_number_of_its_boundary_edges() {
     let cube = cube(1.0);
     let (open, _) = cube.trim_end().rsplit_once('\n').expect("several lines");
     desk.put("open.obj", open);
-    desk.refused_mesh("open.obj", &["open.obj: ", "4 edges have one face only", "fill the holes"]);
+    refused_mesh(
+        &desk,
+        "open.obj",
+        &["open.obj: ", "4 edges have one face only", "fill the holes"],
+    );
 }
 
 #[test]
 fn mesh_that_no_point_sees_is_refused_with_the_share_the_worst_face_and_the_best_centre() {
     let desk = Desk::new();
-    desk.put("u.obj", &u_shape());
+    desk.put("u.obj", u_shape());
     let words = [
         "u.obj: the mesh is not star-shaped about",
         "% of the area",
         "the worst is face ",
         "no centre sees all of it; the best, [",
     ];
-    desk.refused_mesh("u.obj", &words);
+    refused_mesh(&desk, "u.obj", &words);
 }
 
 #[test]
 fn centre_that_does_not_see_all_is_answered_with_one_that_does() {
     let desk = Desk::new();
-    desk.put("cube.obj", &cube(1.0));
+    desk.put("cube.obj", cube(1.0));
     desk.refused(
         ["fit", "cube.obj", "-l", "2", "-o", "a.txt", "--centre", "3,0,0"],
         &["not star-shaped about [3.0", "it is star-shaped about [", "expand about that centre"],
@@ -554,7 +431,7 @@ fn misspelt_key_is_answered_as_the_readme_shows() {
     let desk = Desk::new();
     desk.put("room.toml", "format = 1\n[materials.walls.lambert]\nreflectence = 0.5\n");
     let output = desk.run(["illum", "room.toml"]);
-    assert_eq!((code(&output), stderr(&output).as_str()), (3, answer));
+    assert_eq!((output.code, output.err.as_str()), (3, answer));
 }
 
 #[test]
@@ -562,7 +439,7 @@ fn unknown_material_is_located_and_the_nearest_is_named() {
     let change = ["material = \"walls\"", "material = \"wals\""];
     let words = ["changed.toml:10:12: unknown material `wals`", "did you mean `walls`?"];
     for verb in ["render", "illum"] {
-        Desk::new().refused_room(verb, change, &words);
+        refused_room(&Desk::new(), verb, change, &words);
     }
 }
 
@@ -570,14 +447,15 @@ fn unknown_material_is_located_and_the_nearest_is_named() {
 fn missing_scene_and_what_is_no_scene_are_named() {
     let desk = Desk::new();
     desk.refused(["render", "none.toml"], &["none.toml: cannot read"]);
-    desk.put("cube.toml", &cube(1.0));
+    desk.put("cube.toml", cube(1.0));
     desk.refused(["render", "cube.toml"], &["cube.toml:1:", "not valid TOML", "help: "]);
 }
 
 #[test]
 fn missing_mesh_of_a_scene_is_located() {
     let head = "[objects.head.sh]\nfile = \"none.obj\"\ndegree = 4\nmaterial = \"walls\"\n[render]";
-    Desk::new().refused_room(
+    refused_room(
+        &Desk::new(),
         "render",
         ["[render]", head],
         &["changed.toml:37:8: none.obj: cannot"],
@@ -587,16 +465,16 @@ fn missing_mesh_of_a_scene_is_located() {
 #[test]
 fn unfit_mesh_of_a_scene_is_located() {
     let desk = Desk::new();
-    desk.put("u.obj", &u_shape());
+    desk.put("u.obj", u_shape());
     let head = "[objects.u.sh]\nfile = \"u.obj\"\ndegree = 4\nmaterial = \"walls\"\n[render]";
     let words = ["changed.toml:37:8: u.obj: the mesh is not star-shaped"];
-    desk.refused_room("render", ["[render]", head], &words);
+    refused_room(&desk, "render", ["[render]", head], &words);
 }
 
 #[test]
 fn light_inside_an_object_is_located() {
     let words = ["changed.toml:18:6: light `lamp`", "behind the surface of `crate`", "help: "];
-    Desk::new().refused_room("illum", ["[1, 1, 2.5]", "[3, 3.5, 0.7]"], &words);
+    refused_room(&Desk::new(), "illum", ["[1, 1, 2.5]", "[3, 3.5, 0.7]"], &words);
 }
 
 #[test]
@@ -605,7 +483,7 @@ fn light_outside_the_room_is_located_on_every_side() {
     let sides = ["[9, 2, 1]", "[-9, 2, 1]", "[2, 19, 1]", "[2, -9, 1]", "[2, 2, 9]", "[2, 2, -9]"];
     for side in sides {
         let words = ["changed.toml:18:6: light `lamp` is behind the surface of `room`", "`room`"];
-        desk.refused_room("render", ["[1, 1, 2.5]", side], &words);
+        refused_room(&desk, "render", ["[1, 1, 2.5]", side], &words);
     }
 }
 
@@ -616,18 +494,18 @@ fn scene_without_light_camera_or_sensors_says_so() {
         let keep = |part: &&str| !headers.iter().any(|h| part.starts_with(h));
         ROOM.split("\n[").filter(keep).collect::<Vec<_>>().join("\n[")
     };
-    desk.put("dark.toml", &without(&["lights"]));
+    desk.put("dark.toml", without(&["lights"]));
     desk.refused(["render", "dark.toml"], &["dark.toml", "no light", "lights.NAME.point"]);
     desk.refused(["illum", "dark.toml"], &["dark.toml", "no light", "lights.NAME.point"]);
-    desk.put("blind.toml", &without(&["cameras"]));
+    desk.put("blind.toml", without(&["cameras"]));
     desk.refused(["render", "blind.toml"], &["blind.toml", "no camera", "[cameras."]);
-    desk.put("deaf.toml", &without(&["sensors"]));
+    desk.put("deaf.toml", without(&["sensors"]));
     desk.refused(["illum", "deaf.toml"], &["deaf.toml", "no sensors", "[sensors."]);
 }
 
 #[test]
 fn malformed_and_unknown_overrides_are_named() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     for (define, words) in [
         ("render.stop", ["-D render.stop: has no `=`", "KEY=VALUE"]),
         ("lights.lamp.point.at=[1, 2", ["-D lights.lamp.point.at=[1, 2: ", "not valid TOML"]),
@@ -646,8 +524,8 @@ fn malformed_and_unknown_overrides_are_named() {
 
 #[test]
 fn output_in_a_missing_folder_is_refused() {
-    let desk = Desk::with_room();
-    desk.put("cube.obj", &cube(1.0));
+    let desk = desk_with_room();
+    desk.put("cube.obj", cube(1.0));
     let words = ["there is no folder none"];
     desk.refused(["render", "room.toml", "-o", "none/a.png"], &words);
     desk.refused(["illum", "room.toml", "-o", "none/a.csv"], &words);
@@ -656,9 +534,9 @@ fn output_in_a_missing_folder_is_refused() {
 
 #[test]
 fn wrong_extension_is_refused_with_a_better_name() {
-    let desk = Desk::with_room();
-    desk.put("cube.obj", &cube(1.0));
-    desk.refused(["render", "room.toml", "-o", "a.jpg"], &["a.jpg: ", "name it a.png"]);
+    let desk = desk_with_room();
+    desk.put("cube.obj", cube(1.0));
+    desk.refused(["render", "room.toml", "-o", "a.jpg"], &["a.jpg: ", ".png or .exr"]);
     desk.refused(
         ["illum", "room.toml", "-o", "a.txt"],
         &["a.txt: ", "name a file .csv, .npy, .ply, .svg or .png"],
@@ -668,8 +546,8 @@ fn wrong_extension_is_refused_with_a_better_name() {
 
 #[test]
 fn foreign_file_is_replaced_only_by_force() {
-    let desk = Desk::with_room();
-    desk.put("cube.obj", &cube(1.0));
+    let desk = desk_with_room();
+    desk.put("cube.obj", cube(1.0));
     for (name, mut arguments) in [
         ("room.png", vec!["render", "room.toml"]),
         ("a.exr", vec!["render", "room.toml", "-o", "a.exr"]),
@@ -689,7 +567,7 @@ fn foreign_file_is_replaced_only_by_force() {
 
 /// Runs a render of the room with one override and gives what it says on stderr.
 fn warnings(desk: &Desk, define: &str) -> String {
-    stderr(&desk.done(["render", "room.toml", "-D", define]))
+    desk.done(["render", "room.toml", "-D", define]).err
 }
 
 #[test]
@@ -699,7 +577,7 @@ fn objects_that_cut_a_wall_or_lie_outside_are_warned_of() {
     let said = |at: &str| {
         let at = format!("objects.head.sh.at={at}");
         let more = ["-D", &at, "-D", "objects.head.sh.degree=2"];
-        stderr(&desk.done(["render", &scene].into_iter().chain(SHORT).chain(more)))
+        desk.done(["render", &scene].into_iter().chain(SHORT).chain(more)).err
     };
     for at in ["[0.3, 3, 1.25]", "[3.7, 3, 1.25]"] {
         assert_says(&said(at), &["warning: object `head` cuts through `room`: about "]);
@@ -712,7 +590,7 @@ fn objects_that_cut_a_wall_or_lie_outside_are_warned_of() {
 
 #[test]
 fn camera_outside_the_room_or_inside_an_object_is_warned_of() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     for (from, solid) in
         [("[-2, 2, 1]", "`room`"), ("[9, 2, 1]", "`room`"), ("[3, 3.5, 0.7]", "`crate`")]
     {
@@ -723,11 +601,11 @@ fn camera_outside_the_room_or_inside_an_object_is_warned_of() {
 
 #[test]
 fn hidden_sensors_are_warned_of_marked_and_do_not_count() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     let define = "sensors.spots.points.at=[[1, 1, 0], [3, 3.5, 0.7], [9, 1, 0]]";
     let output = desk.done(["illum", "room.toml", "-D", define]);
-    assert_says(&stderr(&output), &["warning: sensors `spots`: 1 of 3 are", "`crate`", "`room`"]);
-    let said = stdout(&output);
+    assert_says(&output.err, &["warning: sensors `spots`: 1 of 3 are", "`crate`", "`room`"]);
+    let said = output.out;
     assert_says(
         &said,
         &["behind crate", "behind room", "spots: 1 of 3 sensors count, 2 are behind"],
@@ -747,20 +625,20 @@ fn hidden_sensors_are_warned_of_marked_and_do_not_count() {
     desk.put("dark.toml", &dark);
     let stop = "illum.stop={ relative_error = 0.01 }";
     let output = desk.done(["illum", "dark.toml", "-D", stop]);
-    assert_says(&stderr(&output), &["no light came to any of them"]);
+    assert_says(&output.err, &["no light came to any of them"]);
 }
 
 #[test]
 fn light_that_leaves_an_open_scene_is_warned_of() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     let open =
         "{ corner = [0, 0, 0], edge_u = [4, 0, 0], edge_v = [0, 5, 0], material = \"walls\" }";
-    desk.put("room.toml", &ROOM.replace("on = \"room.z_min\"\nborder = 0.5", "height = 0.5"));
+    desk.put("room.toml", ROOM.replace("on = \"room.z_min\"\nborder = 0.5", "height = 0.5"));
     let text = desk.text("room.toml");
     let (before, after) = text.split_once("[objects.room.box]").expect("a room");
     let (_, after) = after.split_once("\n\n").expect("its end");
-    desk.put("room.toml", &format!("{before}[objects]\nfloor.rectangle = {open}\n\n{after}"));
-    let said = stderr(&desk.done(["render", "room.toml"]));
+    desk.put("room.toml", format!("{before}[objects]\nfloor.rectangle = {open}\n\n{after}"));
+    let said = desk.done(["render", "room.toml"]).err;
     assert_says(&said, &["warning: ", "% of the light left the scene"]);
 }
 
@@ -768,28 +646,28 @@ fn light_that_leaves_an_open_scene_is_warned_of() {
 
 #[test]
 fn target_that_is_not_met_ends_with_4_and_still_writes() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     let stop = |verb: &str| format!("{verb}.stop={{relative_error=1e-6, walks=16}}");
     for (verb, file) in [("render", "a.png"), ("illum", "a.csv")] {
         let output = desk.run([verb, "room.toml", "-o", file, "-D", &stop(verb)]);
-        assert_eq!(code(&output), 4, "{}", stderr(&output));
-        assert_says(&stderr(&output), &["warning: target not met: "]);
+        assert_eq!(output.code, 4, "{}", output.err);
+        assert_says(&output.err, &["warning: target not met: "]);
         assert!(!desk.bytes(file).is_empty());
     }
 }
 
 #[test]
 fn target_that_is_met_ends_with_0() {
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     let stop = "illum.stop={relative_error=0.5, walks=1000000}";
     let output = desk.done(["illum", "room.toml", "-D", stop]);
-    assert!(!stderr(&output).contains("not met"), "{}", stderr(&output));
+    assert!(!output.err.contains("not met"), "{}", output.err);
 }
 
 #[cfg(unix)]
 mod interrupts {
     use super::*;
-    use std::process::{Child, Stdio};
+    use std::process::Child;
     use std::thread::sleep;
     use std::time::{Duration, Instant};
 
@@ -827,7 +705,7 @@ mod interrupts {
 
     #[test]
     fn interrupted_render_saves_the_picture_so_far() {
-        let desk = Desk::with_room();
+        let desk = desk_with_room();
         let walks = "render.stop={walks=10000000}";
         let (code, said) = interrupted(&desk, &["render", "room.toml", "-j", "1", "-D", walks]);
         assert_eq!(code, Some(130), "{said}");
@@ -839,7 +717,7 @@ mod interrupts {
 
     #[test]
     fn interrupted_illum_saves_the_values_so_far() {
-        let desk = Desk::with_room();
+        let desk = desk_with_room();
         let walks = "illum.stop={walks=1000000000000}";
         let arguments = ["illum", "room.toml", "-j", "1", "-o", "a.csv", "-D", walks];
         let (code, said) = interrupted(&desk, &arguments);
@@ -851,15 +729,14 @@ mod interrupts {
 #[cfg(unix)]
 #[test]
 fn reader_that_leaves_early_is_no_failure() {
-    use std::process::Stdio;
-    let desk = Desk::with_room();
+    let desk = desk_with_room();
     let mut command = desk.command(["info", "cube.obj"]);
-    desk.put("cube.obj", &cube(1.0));
+    desk.put("cube.obj", cube(1.0));
     let mut child =
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the tool starts");
     drop(child.stdout.take());
-    let output = child.wait_with_output().expect("a child");
-    assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
+    let output = Said::of(&child.wait_with_output().expect("a child"));
+    assert!(!output.err.contains("panicked"), "{}", output.err);
 }
 
 // The README.
@@ -873,7 +750,7 @@ fn commands_of_the_readme_parse() {
     for command in commands {
         let words = command.split('#').next().unwrap_or_default().split_whitespace().skip(1);
         let output = desk.done(words.chain(["--help"]));
-        assert_says(&stdout(&output), &["Usage: harmolux "]);
+        assert_says(&output.out, &["Usage: harmolux "]);
     }
 }
 
@@ -887,8 +764,8 @@ fn help_of_every_verb_shows_its_options() {
         ("info", "--normalisation"),
         ("sweep", "--degrees"),
     ] {
-        assert_says(&stdout(&desk.done([verb, "--help"])), &[option, "--json"]);
+        assert_says(&desk.done([verb, "--help"]).out, &[option, "--json"]);
     }
     let version = concat!("harmolux ", env!("CARGO_PKG_VERSION"), "\n");
-    assert_eq!(stdout(&desk.done(["--version"])), version);
+    assert_eq!(desk.done(["--version"]).out, version);
 }

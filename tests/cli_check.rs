@@ -1,87 +1,22 @@
 //! `harmolux check` and `--repair` as a user meets them: what is said of good, bad and hopeless meshes, and what is written.
 
+mod common;
+
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
 use glam::DVec3;
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::surface::{Mesh, MeshReport};
 use serde_json::Value;
-use tempfile::TempDir;
 
-/// A folder to work in.
-struct Desk(TempDir);
+use common::desk::{Desk, Said, assert_says};
+use common::solids::{prism, u_shape};
 
-impl Desk {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a folder"))
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn put(&self, name: &str, bytes: impl AsRef<[u8]>) {
-        fs::write(self.path(name), bytes).expect("written");
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
-        command.current_dir(self.0.path()).args(arguments).output().expect("the tool starts")
-    }
-
-    /// Runs, asks for an exit code, and gives stdout and stderr.
-    fn ends(&self, code: i32, arguments: &[&str]) -> [String; 2] {
-        let output = self.run(arguments);
-        let [out, err] =
-            [output.stdout, output.stderr].map(|b| String::from_utf8_lossy(&b).into_owned());
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{out}{err}");
-        [out, err]
-    }
-
-    fn json(&self, code: i32, arguments: &[&str]) -> Value {
-        let [out, _] = self.ends(code, &[arguments, &["--json"]].concat());
-        serde_json::from_str(&out).expect("valid JSON on stdout, and nothing else")
-    }
-}
-
-fn assert_says(text: &str, words: &[&str]) {
-    for word in words {
-        assert!(text.contains(word), "`{word}` is missing in:\n{text}");
-    }
-}
-
-/// A prism over a polygon whose caps are quadrilaterals, as OBJ.
-fn prism(corners: &[[f64; 2]], caps: &[[usize; 4]]) -> String {
-    let n = corners.len();
-    let mut text = String::new();
-    for z in [0.0, 1.0] {
-        for [x, y] in corners {
-            writeln!(text, "v {x} {y} {z}").expect("a String takes all");
-        }
-    }
-    for &[a, b, c, d] in caps {
-        writeln!(text, "f {} {} {} {}", d + 1, c + 1, b + 1, a + 1).expect("a String takes all");
-        let up = [a, b, c, d].map(|i| i + n + 1);
-        writeln!(text, "f {} {} {} {}", up[0], up[1], up[2], up[3]).expect("a String takes all");
-    }
-    for i in 0..n {
-        let j = (i + 1) % n;
-        writeln!(text, "f {} {} {} {}", i + 1, j + 1, j + n + 1, i + n + 1)
-            .expect("a String takes all");
-    }
-    text
-}
-
+/// A cube of side 1 from the origin.
 fn cube() -> String {
-    prism(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], &[[0, 1, 2, 3]])
-}
-
-fn u_shape() -> String {
-    let corners = [[0., 0.], [3., 0.], [3., 3.], [2., 3.], [2., 1.], [1., 1.], [1., 3.], [0., 3.]];
-    prism(&corners, &[[0, 1, 4, 5], [1, 2, 3, 4], [0, 5, 6, 7]])
+    prism(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], [0.0, 1.0], &[[0, 1, 2, 3]])
 }
 
 fn parsed(obj: &str) -> Mesh {
@@ -92,7 +27,7 @@ fn parsed(obj: &str) -> Mesh {
 fn sound_mesh_ends_with_0_and_names_a_centre() {
     let desk = Desk::new();
     desk.put("cube.obj", cube());
-    let [out, err] = desk.ends(0, &["check", "cube.obj"]);
+    let Said { out, err, .. } = desk.ends(0, ["check", "cube.obj"]);
     let words = [
         "8 vertices, 12 faces",
         "closed           yes",
@@ -105,7 +40,7 @@ fn sound_mesh_ends_with_0_and_names_a_centre() {
     ];
     assert_says(&out, &words);
     assert_eq!(err, "");
-    let value = desk.json(0, &["check", "cube.obj", "--unit", "mm"]);
+    let value = desk.json(["check", "cube.obj", "--unit", "mm"]);
     assert_eq!(value["sound"], true);
     assert_eq!(value["genus"], 0);
     assert_eq!(value["star"]["folds"], Value::Null);
@@ -116,7 +51,7 @@ fn sound_mesh_ends_with_0_and_names_a_centre() {
 fn shape_that_no_centre_sees_ends_with_4_and_is_coloured() {
     let desk = Desk::new();
     desk.put("u.obj", u_shape());
-    let [out, _] = desk.ends(4, &["check", "u.obj", "--bad", "bad.ply"]);
+    let Said { out, .. } = desk.ends(4, ["check", "u.obj", "--bad", "bad.ply"]);
     assert_says(
         &out,
         &[
@@ -133,7 +68,7 @@ fn shape_that_no_centre_sees_ends_with_4_and_is_coloured() {
     let bytes = fs::read(desk.path("bad.ply")).expect("written");
     assert!(bytes.starts_with(b"ply\nformat binary_little_endian 1.0\ncomment harmolux "));
     assert_eq!(meshes::read(&desk.path("bad.ply")).expect("readable"), parsed(&u_shape()));
-    let value = desk.json(4, &["check", "u.obj", "--centre", "0.5,0.5,0.5"]);
+    let value = desk.json_at(4, ["check", "u.obj", "--centre", "0.5,0.5,0.5"]);
     let folds = &value["star"]["folds"];
     let red = bytes.windows(3).filter(|w| *w == [215, 35, 35]).count();
     assert!(red > 0 && folds["share"].as_f64().expect("a share") > 0.01);
@@ -146,7 +81,7 @@ fn open_inside_out_crossing_and_divided_meshes_are_told_apart() {
     let cube = cube();
     let (open, _) = cube.trim_end().rsplit_once('\n').expect("several lines");
     desk.put("open.obj", open);
-    let [out, _] = desk.ends(4, &["check", "open.obj"]);
+    let Said { out, .. } = desk.ends(4, ["check", "open.obj"]);
     assert_says(
         &out,
         &[
@@ -158,7 +93,7 @@ fn open_inside_out_crossing_and_divided_meshes_are_told_apart() {
 
     let flipped = meshes::encode(&parsed(&cube).flipped(), MeshFormat::Ply).expect("encoded");
     desk.put("flipped.ply", flipped);
-    let [out, _] = desk.ends(4, &["check", "flipped.ply"]);
+    let Said { out, .. } = desk.ends(4, ["check", "flipped.ply"]);
     assert_says(&out, &["oriented         yes, but inwards", "its faces look inwards"]);
 
     let second = |shift: f64| {
@@ -174,20 +109,20 @@ fn open_inside_out_crossing_and_divided_meshes_are_told_apart() {
         text
     };
     desk.put("crossing.obj", second(0.4));
-    let [out, _] = desk.ends(4, &["check", "crossing.obj"]);
+    let Said { out, .. } = desk.ends(4, ["check", "crossing.obj"]);
     assert_says(&out, &["pairs of faces cross, the first", "pieces           2, Euler number 4"]);
-    let [out, _] = desk.ends(4, &["check", "crossing.obj", "--skip-crossings"]);
+    let Said { out, .. } = desk.ends(4, ["check", "crossing.obj", "--skip-crossings"]);
     assert!(!out.contains("crossings"));
     assert_says(
         &out,
         &["star-shaped      no, about", "2 surfaces, one within the other", "100 % of all"],
     );
     desk.put("apart.obj", second(3.0));
-    let value = desk.json(4, &["check", "apart.obj"]);
+    let value = desk.json_at(4, ["check", "apart.obj"]);
     assert_eq!((&value["components"], &value["crossings"]["pairs"]), (&2.into(), &0.into()));
 
     desk.put("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    let [out, _] = desk.ends(4, &["check", "one.obj"]);
+    let Said { out, .. } = desk.ends(4, ["check", "one.obj"]);
     assert_says(&out, &["closed           no", "3 edges have one face only"]);
 }
 
@@ -208,23 +143,23 @@ fn repair_mends_says_what_it_did_and_writes_the_mesh() {
         soup.push_str("f -3 -2 -1\n");
     }
     desk.put("soup.obj", &soup);
-    desk.ends(4, &["check", "soup.obj"]);
-    let [out, err] = desk.ends(0, &["check", "soup.obj", "--repair", "-o", "mended.stl"]);
+    desk.ends(4, ["check", "soup.obj"]);
+    let Said { out, err, .. } = desk.ends(0, ["check", "soup.obj", "--repair", "-o", "mended.stl"]);
     assert_eq!(err, "soup.obj: joined 28 vertices, turned 6 faces\n");
     assert_says(&out, &["written          mended.stl"]);
     let mended = meshes::read(&desk.path("mended.stl")).expect("readable");
     assert!(MeshReport::of(&mended).require_closed().is_ok() && mended.volume() == 1.0);
     // The verbs that shape meshes take it as well.
-    desk.ends(3, &["fit", "soup.obj", "-l", "2", "-o", "a.txt"]);
-    let [_, err] = desk.ends(0, &["fit", "soup.obj", "-l", "2", "-o", "a.txt", "--repair"]);
+    desk.ends(3, ["fit", "soup.obj", "-l", "2", "-o", "a.txt"]);
+    let Said { err, .. } = desk.ends(0, ["fit", "soup.obj", "-l", "2", "-o", "a.txt", "--repair"]);
     assert_says(&err, &["soup.obj: joined 28 vertices, turned 6 faces"]);
-    let value = desk.json(0, &["check", "soup.obj", "--repair", "--weld", "1e-6"]);
+    let value = desk.json(["check", "soup.obj", "--repair", "--weld", "1e-6"]);
     assert_eq!(value["repair"]["welded_vertices"], 28);
     // Without `--repair` its settings mean nothing.
     for wrong in
         [&["--weld", "1e-6"][..], &["--fill-holes", "3"], &["--largest-piece"], &["-o", "b.ply"]]
     {
-        desk.ends(2, &[&["check", "soup.obj"], wrong].concat());
+        desk.ends(2, [&["check", "soup.obj"], wrong].concat());
     }
 }
 
@@ -234,9 +169,9 @@ fn holes_are_filled_and_small_pieces_dropped_when_asked() {
     let cube = cube();
     let (open, _) = cube.trim_end().rsplit_once('\n').expect("several lines");
     desk.put("open.obj", format!("{open}\nv 5 5 5\nv 5 5 6\nv 5 6 5\nf -1 -2 -3\n"));
-    desk.ends(4, &["check", "open.obj", "--repair", "--fill-holes", "4"]);
-    let [_, err] =
-        desk.ends(0, &["check", "open.obj", "--repair", "--fill-holes", "4", "--largest-piece"]);
+    desk.ends(4, ["check", "open.obj", "--repair", "--fill-holes", "4"]);
+    let Said { err, .. } =
+        desk.ends(0, ["check", "open.obj", "--repair", "--fill-holes", "4", "--largest-piece"]);
     assert_says(&err, &["dropped 1 smaller piece, filled 1 hole, dropped 3 unused vertices"]);
 }
 
@@ -299,17 +234,17 @@ fn files_that_cannot_be_used_end_with_3_and_say_why() {
     ];
     for (name, bytes, message) in cases {
         desk.put(name, bytes);
-        let [out, err] = desk.ends(3, &["check", name, "--bad", "bad.ply"]);
+        let Said { out, err, .. } = desk.ends(3, ["check", name, "--bad", "bad.ply"]);
         assert!(err.starts_with(&format!("error: {message}")), "{name}: {err}");
         assert!(err.contains("\n  help: ") && out.is_empty(), "{name}: {err}");
         assert!(!desk.path("bad.ply").exists());
     }
     fs::create_dir(desk.path("folder.ply")).expect("made");
     assert_says(
-        &desk.ends(3, &["check", "folder.ply"])[1],
+        &desk.ends(3, ["check", "folder.ply"]).err,
         &["folder.ply: this is a folder, not a mesh file"],
     );
-    assert_says(&desk.ends(3, &["check", "none.ply"])[1], &["none.ply: cannot read"]);
+    assert_says(&desk.ends(3, ["check", "none.ply"]).err, &["none.ply: cannot read"]);
 }
 
 #[test]
@@ -317,14 +252,14 @@ fn foreign_files_and_unknown_formats_are_not_written() {
     let desk = Desk::new();
     desk.put("cube.obj", cube());
     desk.put("bad.ply", "ply\nformat ascii 1.0\ncomment not ours\n");
-    assert_says(&desk.ends(3, &["check", "cube.obj", "--bad", "bad.ply"])[1], &["--force"]);
-    desk.ends(0, &["check", "cube.obj", "--bad", "bad.ply", "--force"]);
-    desk.ends(0, &["check", "cube.obj", "--bad", "bad.ply"]);
-    let [_, err] = desk.ends(3, &["check", "cube.obj", "--repair", "-o", "cube.off"]);
+    assert_says(&desk.ends(3, ["check", "cube.obj", "--bad", "bad.ply"]).err, &["--force"]);
+    desk.ends(0, ["check", "cube.obj", "--bad", "bad.ply", "--force"]);
+    desk.ends(0, ["check", "cube.obj", "--bad", "bad.ply"]);
+    let Said { err, .. } = desk.ends(3, ["check", "cube.obj", "--repair", "-o", "cube.off"]);
     assert_says(&err, &["cube.off: meshes are written as .obj, .ply or .stl: name it cube.ply"]);
     // The input itself is foreign: it is not overwritten by its own repair.
     assert_says(
-        &desk.ends(3, &["check", "cube.obj", "--repair", "-o", "cube.obj"])[1],
+        &desk.ends(3, ["check", "cube.obj", "--repair", "-o", "cube.obj"]).err,
         &["--force"],
     );
     let before = fs::read(desk.path("cube.obj")).expect("there");

@@ -1,81 +1,25 @@
 //! `mesh`, `spectrum`, `diff` and the plots of `sweep` as a user meets them: processes in a folder of their own.
 
+mod common;
+
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Output};
 
 use glam::DVec3;
 use harmolux::io::coefficients::{Shape, shtools_text};
 use harmolux::sh::{Coefficients, Convention};
-use serde_json::Value;
-use tempfile::TempDir;
 
-fn stdout(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn assert_says(text: &str, words: &[&str]) {
-    for word in words {
-        assert!(text.contains(word), "`{word}` is missing in:\n{text}");
-    }
-}
+use common::desk::{Desk, assert_says, number};
 
 /// A folder with a ball of radius 1, one of radius 1.1 about another centre, and a bumpy body.
-struct Desk(TempDir);
+fn desk() -> Desk {
+    Desk::new()
+        .with("ball.txt", written(&shape(1.0, 0.0, DVec3::ZERO)))
+        .with("moved.txt", written(&shape(1.1, 0.0, DVec3::new(0.25, 0.0, 0.0))))
+        .with("bumpy.txt", written(&shape(1.0, 0.05, DVec3::ZERO)))
+}
 
-impl Desk {
-    fn new() -> Self {
-        let desk = Self(tempfile::tempdir().expect("a folder"));
-        desk.put_shape("ball.txt", &shape(1.0, 0.0, DVec3::ZERO));
-        desk.put_shape("moved.txt", &shape(1.1, 0.0, DVec3::new(0.25, 0.0, 0.0)));
-        desk.put_shape("bumpy.txt", &shape(1.0, 0.05, DVec3::ZERO));
-        desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn put_shape(&self, name: &str, shape: &Shape) {
-        let bytes = shtools_text::write(shape, Convention::default()).expect("a low degree");
-        fs::write(self.path(name), bytes).expect("written");
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
-        command.current_dir(self.0.path()).args(arguments).output().expect("the tool starts")
-    }
-
-    fn ends(&self, arguments: &[&str], code: i32) -> Output {
-        let output = self.run(arguments);
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", stderr(&output));
-        output
-    }
-
-    fn json(&self, arguments: &[&str], code: i32) -> Value {
-        let output = self.ends(&[arguments, &["--json"]].concat(), code);
-        serde_json::from_slice(&output.stdout).expect("valid JSON on stdout, and nothing else")
-    }
-
-    /// Runs what must be refused as bad input, in these words, without writing anything.
-    fn refused(&self, arguments: &[&str], words: &[&str]) {
-        let before = self.names();
-        let output = self.ends(arguments, 3);
-        assert_says(&stderr(&output), words);
-        assert_eq!(stdout(&output), "", "data for bad input");
-        assert_eq!(self.names(), before, "something was written");
-    }
-
-    fn names(&self) -> Vec<PathBuf> {
-        let entries = fs::read_dir(self.0.path()).expect("readable");
-        let mut names: Vec<PathBuf> = entries.map(|e| e.expect("an entry").path()).collect();
-        names.sort();
-        names
-    }
+fn written(shape: &Shape) -> Vec<u8> {
+    shtools_text::write(shape, Convention::default()).expect("a low degree")
 }
 
 fn shape(radius: f64, bumps: f64, centre: DVec3) -> Shape {
@@ -89,15 +33,11 @@ fn shape(radius: f64, bumps: f64, centre: DVec3) -> Shape {
     Shape { centre, ..Shape::new(c) }
 }
 
-fn number(value: &Value, key: &str) -> f64 {
-    value[key].as_f64().unwrap_or_else(|| panic!("{key} is no number in {value}"))
-}
-
 #[test]
 fn diff_encloses_the_distance_of_two_balls() {
-    let desk = Desk::new();
+    let desk = desk();
     // On the axis through both centres the spheres reach from -1 to 1 and from -0.85 to 1.35: 0.35 apart on one side, seen from either.
-    let found = desk.json(&["diff", "ball.txt", "moved.txt"], 0);
+    let found = desk.json(["diff", "ball.txt", "moved.txt"]);
     assert!(
         number(&found, "hausdorff_lower_m") <= 0.35 && number(&found, "hausdorff_upper_m") >= 0.35
     );
@@ -110,7 +50,7 @@ fn diff_encloses_the_distance_of_two_balls() {
         found["no_radial_because"].as_str().expect("a reason"),
         &["centres are 2.500e-1 m apart"],
     );
-    let text = stdout(&desk.ends(&["diff", "ball.txt", "moved.txt"], 0));
+    let text = desk.done(["diff", "ball.txt", "moved.txt"]).out;
     assert_says(
         &text,
         &[
@@ -125,45 +65,45 @@ fn diff_encloses_the_distance_of_two_balls() {
 
 #[test]
 fn diff_judges_a_tolerance_by_the_upper_bound() {
-    let desk = Desk::new();
+    let desk = desk();
     let ball = ["diff", "ball.txt", "bumpy.txt", "--tolerance"];
-    let near = desk.json(&[&ball[..], &["0.5"]].concat(), 0);
+    let near = desk.json([&ball[..], &["0.5"]].concat());
     assert_eq!(near["within_tolerance"], true);
     let radial = number(&near, "radial_max_m");
-    let far = desk.ends(&[&ball[..], &["1cm"]].concat(), 4);
-    assert_says(&stderr(&far), &["is above the tolerance of 0.01000 m"]);
+    let far = desk.ends(4, [&ball[..], &["1cm"]].concat());
+    assert_says(&far.err, &["is above the tolerance of 0.01000 m"]);
     // A distance in space is never more than the one along the radius.
     assert!(number(&near, "hausdorff_lower_m") <= radial);
-    let wrong = desk.ends(&[&ball[..], &["0"]].concat(), 2);
-    assert_says(&stderr(&wrong), &["a positive length in metres or with its unit"]);
+    let wrong = desk.ends(2, [&ball[..], &["0"]].concat());
+    assert_says(&wrong.err, &["a positive length in metres or with its unit"]);
 }
 
 #[test]
 fn diff_writes_its_numbers_and_refuses_what_it_cannot_use() {
-    let desk = Desk::new();
-    desk.ends(&["diff", "ball.txt", "bumpy.txt", "-o", "diff.csv"], 0);
+    let desk = desk();
+    desk.done(["diff", "ball.txt", "bumpy.txt", "-o", "diff.csv"]);
     let table = fs::read_to_string(desk.path("diff.csv")).expect("there");
     assert_says(
         &table,
         &["a,b,quantity,value,unit\n", "ball.txt,bumpy.txt,hausdorff_upper,", "volume_a,"],
     );
-    desk.refused(&["diff", "ball.txt", "none.txt"], &["none.txt: cannot read"]);
-    desk.put_shape("negative.txt", &shape(-1.0, 0.0, DVec3::ZERO));
+    desk.refused(["diff", "ball.txt", "none.txt"], &["none.txt: cannot read"]);
+    desk.put("negative.txt", written(&shape(-1.0, 0.0, DVec3::ZERO)));
     desk.refused(
-        &["diff", "ball.txt", "negative.txt"],
+        ["diff", "ball.txt", "negative.txt"],
         &["ball.txt and negative.txt: ", "the radius towards"],
     );
     fs::write(desk.path("notes.csv"), "my notes\n").expect("written");
     desk.refused(
-        &["diff", "ball.txt", "ball.txt", "-o", "notes.csv"],
+        ["diff", "ball.txt", "ball.txt", "-o", "notes.csv"],
         &["not written by this program"],
     );
 }
 
 #[test]
 fn spectrum_is_that_of_the_coefficients() {
-    let desk = Desk::new();
-    let rows = desk.json(&["spectrum", "bumpy.txt", "ball.txt"], 0);
+    let desk = desk();
+    let rows = desk.json(["spectrum", "bumpy.txt", "ball.txt"]);
     let rows = rows["rows"].as_array().expect("rows");
     assert_eq!(rows.len(), 6);
     let f = shape(1.0, 0.05, DVec3::ZERO).coefficients;
@@ -172,73 +112,70 @@ fn spectrum_is_that_of_the_coefficients() {
         assert!((number(row, "power_m2") / power - 1.0).abs() <= 1e-12);
     }
     assert_eq!((&rows[5]["shape"], number(&rows[5], "power_m2")), (&"ball".into(), 1.0));
-    let text = stdout(&desk.ends(&["spectrum", "bumpy.txt"], 0));
+    let text = desk.done(["spectrum", "bumpy.txt"]).out;
     assert_says(&text, &["| degree |", "| 4 "]);
 }
 
 #[test]
 fn spectra_are_plotted_to_files_and_to_the_terminal() {
-    let desk = Desk::new();
+    let desk = desk();
     let files = ["-o", "s.svg", "-o", "s.png", "-o", "s.csv"];
     for _ in 0..2 {
-        desk.ends(&[&["spectrum", "bumpy.txt"], &files[..]].concat(), 0);
+        desk.done([&["spectrum", "bumpy.txt"], &files[..]].concat());
     }
     assert_says(
         &fs::read_to_string(desk.path("s.svg")).expect("there"),
         &["<svg", "Power per degree"],
     );
     assert!(fs::read(desk.path("s.png")).expect("there").starts_with(b"\x89PNG"));
-    let plot = stdout(&desk.ends(&["spectrum", "bumpy.txt", "--plot"], 0));
+    let plot = desk.done(["spectrum", "bumpy.txt", "--plot"]).out;
     assert!(plot.contains("Power per degree") && !plot.contains('\x1b'), "{plot}");
-    desk.refused(&["spectrum", "bumpy.txt", "-o", "s.jpg"], &["name a file .csv, .svg or .png"]);
-    desk.refused(&["spectrum", "ball.txt", "--plot"], &["there is nothing to plot"]);
+    desk.refused(["spectrum", "bumpy.txt", "-o", "s.jpg"], &["name a file .csv, .svg or .png"]);
+    desk.refused(["spectrum", "ball.txt", "--plot"], &["there is nothing to plot"]);
 }
 
 #[test]
 fn meshes_are_made_in_each_way_and_stand_for_the_coefficients() {
-    let desk = Desk::new();
+    let desk = desk();
     let ways: [(&str, &[&str], u64); 3] = [
         ("a.obj", &["--resolution", "4"], 320),
         ("b.ply", &["--lat-long", "6x9"], 90),
         ("c.stl", &["--tolerance", "5mm"], 0),
     ];
     for (file, way, faces) in ways {
-        let made = desk.json(&[&["mesh", "bumpy.txt", "-o", file], way].concat(), 0);
+        let made = desk.json([&["mesh", "bumpy.txt", "-o", file], way].concat());
         assert!(faces == 0 || made["faces"] == faces, "{made}");
         let (error, bound) = (number(&made, "chord_error_m"), number(&made, "chord_error_bound_m"));
         assert!(error <= bound && (faces > 0 || error <= 5e-3), "{made}");
-        let info = desk.json(&["info", file], 0);
+        let info = desk.json(["info", file]);
         assert_eq!(info["faces"], made["faces"]);
         // What diff encloses is at most what the mesh said of itself; STL rounds to f32.
-        let diff = desk.json(&["diff", "bumpy.txt", file, "--width", "4mm"], 0);
+        let diff = desk.json(["diff", "bumpy.txt", file, "--width", "4mm"]);
         assert!(number(&diff, "hausdorff_lower_m") <= bound + 1e-6, "{diff}");
     }
 }
 
 #[test]
 fn meshes_that_cannot_be_made_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.refused(
-        &["mesh", "ball.txt", "-o", "ball.glb"],
+        ["mesh", "ball.txt", "-o", "ball.glb"],
         &["meshes are written as .obj, .ply or .stl"],
     );
-    desk.refused(
-        &["mesh", "ball.txt", "-o", "b.ply", "--tolerance", "1e-15"],
-        &["takes more than"],
-    );
-    desk.refused(&["mesh", "ball.txt", "-o", "b.ply", "--resolution", "100000"], &["is too large"]);
-    desk.put_shape("negative.txt", &shape(-1.0, 0.0, DVec3::ZERO));
-    desk.refused(&["mesh", "negative.txt", "-o", "b.ply"], &["negative.txt: the radius towards"]);
-    let both = desk
-        .ends(&["mesh", "ball.txt", "-o", "b.ply", "--resolution", "4", "--lat-long", "4x4"], 2);
-    assert_says(&stderr(&both), &["cannot be used with"]);
+    desk.refused(["mesh", "ball.txt", "-o", "b.ply", "--tolerance", "1e-15"], &["takes more than"]);
+    desk.refused(["mesh", "ball.txt", "-o", "b.ply", "--resolution", "100000"], &["is too large"]);
+    desk.put("negative.txt", written(&shape(-1.0, 0.0, DVec3::ZERO)));
+    desk.refused(["mesh", "negative.txt", "-o", "b.ply"], &["negative.txt: the radius towards"]);
+    let both =
+        desk.ends(2, ["mesh", "ball.txt", "-o", "b.ply", "--resolution", "4", "--lat-long", "4x4"]);
+    assert_says(&both.err, &["cannot be used with"]);
 }
 
 #[test]
 fn the_map_of_a_difference_is_a_coloured_mesh() {
-    let desk = Desk::new();
-    let done = desk.ends(&["diff", "ball.txt", "moved.txt", "--map", "map.ply"], 0);
-    assert_says(&stderr(&done), &["map.ply: blue -0.", "red +0.", "b is outside a"]);
+    let desk = desk();
+    let done = desk.done(["diff", "ball.txt", "moved.txt", "--map", "map.ply"]);
+    assert_says(&done.err, &["map.ply: blue -0.", "red +0.", "b is outside a"]);
     let bytes = fs::read(desk.path("map.ply")).expect("there");
     assert_says(&String::from_utf8_lossy(&bytes[..400]), &["harmolux", "property uchar red"]);
 }

@@ -1,80 +1,26 @@
 //! `harmolux convert`, and `info` of what it writes, as a user meets them.
 
+mod common;
+
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Output};
 
 use serde_json::Value;
-use tempfile::TempDir;
+
+use common::desk::{Desk, Said};
 
 /// A lopsided ball: degree 2, 4pi, csphase 1, about a centre of its own.
 const SHAPE: &str = "# harmolux 0.1.0 coefficients\n# normalisation: 4pi\n# csphase: 1\n# unit: m\n# centre: 0.5 0.0 -0.25\n\
                      # source: \"rock.obj\"\n# source-hash: fnv1a64:85944171f73967e8\n# lmax: 2\n\
                      0, 0, 1.0, 0.0\n1, 0, 0.1, 0.0\n1, 1, 0.05, -0.02\n2, 0, 0.03, 0.0\n2, 1, 0.01, 0.02\n2, 2, -0.04, 0.03\n";
 
-struct Desk(TempDir);
-
-impl Desk {
-    fn with_shape() -> Self {
-        let desk = Self(tempfile::tempdir().expect("a folder"));
-        desk.put("rock.txt", SHAPE.as_bytes());
-        desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn put(&self, name: &str, bytes: &[u8]) {
-        fs::write(self.path(name), bytes).expect("written");
-    }
-
-    fn run(&self, line: &str) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
-        command.current_dir(self.0.path()).args(line.split_whitespace());
-        command.output().expect("the tool starts")
-    }
-
-    /// Runs what must be done; gives stdout and stderr.
-    fn done(&self, line: &str) -> (String, String) {
-        let output = self.run(line);
-        let [out, err] =
-            [output.stdout, output.stderr].map(|b| String::from_utf8_lossy(&b).into_owned());
-        assert_eq!(output.status.code(), Some(0), "{line}: {err}");
-        (out, err)
-    }
-
-    fn json(&self, line: &str) -> Value {
-        let (out, _) = self.done(&format!("{line} --json"));
-        serde_json::from_str(&out).expect("valid JSON on stdout, and nothing else")
-    }
-
-    /// Runs what must be refused as bad input, in these words, without writing anything.
-    fn refused(&self, line: &str, words: &[&str]) {
-        let names = || {
-            let entries = fs::read_dir(self.0.path()).expect("readable");
-            let mut all: Vec<_> = entries
-                .map(|e| e.expect("readable").path())
-                .map(|p| (fs::read(&p).unwrap_or_default(), p))
-                .collect();
-            all.sort();
-            all
-        };
-        let before = names();
-        let output = self.run(line);
-        let err = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(3), "{line}: {err}");
-        assert!(output.stdout.is_empty() && err.starts_with("error: "), "{err}");
-        for word in words {
-            assert!(err.contains(word), "`{word}` is missing in:\n{err}");
-        }
-        assert!(names() == before, "something was written by {line}");
-    }
+/// A folder with a shape.
+fn desk() -> Desk {
+    Desk::new().with("rock.txt", SHAPE)
 }
 
 #[test]
 fn every_format_goes_out_and_comes_back() {
-    let desk = Desk::with_shape();
+    let desk = desk();
     let expected = desk.json("info rock.txt");
     for (name, flags, reading, keeps_centre) in [
         ("a.txt", "--to-normalisation schmidt --to-csphase -1", "", true),
@@ -86,7 +32,7 @@ fn every_format_goes_out_and_comes_back() {
         ("a.csv", "", "", false),
         ("a.tab", "", "", false),
     ] {
-        let report = desk.json(&format!("convert rock.txt {name} {flags}"));
+        let report = desk.json(format!("convert rock.txt {name} {flags}"));
         assert_eq!((&report["degree"], &report["coefficients"]), (&2.into(), &9.into()), "{name}");
         assert_eq!(
             report["bytes"],
@@ -97,14 +43,14 @@ fn every_format_goes_out_and_comes_back() {
         assert_eq!(lost.contains(&"centre".into()), !keeps_centre, "{name}: {report}");
         // Without its extension: the content alone tells the format.
         fs::copy(desk.path(name), desk.path("nameless")).expect("copied");
-        let info = desk.json(&format!("info nameless {reading}"));
+        let info = desk.json(format!("info nameless {reading}"));
         assert_eq!(info["format"], report["to"], "{name}");
         assert_eq!(info["normalisation"], report["normalisation"], "{name}");
         for key in ["mean_radius", "volume"] {
             let [a, b] = [&info, &expected].map(|v| v[key].as_f64().expect("a number"));
             assert!((a / b - 1.0).abs() <= 1e-14, "{name}, {key}: {a} {b}");
         }
-        desk.done(&format!("convert nameless back.txt {reading} --force"));
+        desk.done(format!("convert nameless back.txt {reading} --force"));
         let centre = if keeps_centre {
             serde_json::json!([0.5, 0.0, -0.25])
         } else {
@@ -120,8 +66,8 @@ fn every_format_goes_out_and_comes_back() {
 
 #[test]
 fn what_is_lost_and_what_is_not_said_is_told_on_stderr() {
-    let desk = Desk::with_shape();
-    let (out, err) = desk.done("convert rock.txt a.npy -l 1");
+    let desk = desk();
+    let Said { out, err, .. } = desk.done("convert rock.txt a.npy -l 1");
     assert!(
         out.contains("a coefficient text of degree 2")
             && out.contains("an array of coefficients of degree 1"),
@@ -136,24 +82,24 @@ fn what_is_lost_and_what_is_not_said_is_told_on_stderr() {
     ] {
         assert!(err.contains(word), "{err}");
     }
-    let (_, err) = desk.done("convert rock.txt b.txt -l 9");
+    let Said { err, .. } = desk.done("convert rock.txt b.txt -l 9");
     assert_eq!(err, "the series ends at degree 2: nothing to cut at 9\n");
 }
 
 #[test]
 fn file_that_cannot_say_who_wrote_it_is_replaced_only_by_force() {
-    let desk = Desk::with_shape();
+    let desk = desk();
     for name in ["a.npy", "a.bshc", "a.coef"] {
-        desk.done(&format!("convert rock.txt {name}"));
+        desk.done(format!("convert rock.txt {name}"));
         desk.refused(
-            &format!("convert rock.txt {name}"),
+            format!("convert rock.txt {name}"),
             &["cannot say whether this program wrote it", "--force"],
         );
-        desk.done(&format!("convert rock.txt {name} --force"));
+        desk.done(format!("convert rock.txt {name} --force"));
     }
     for name in ["a.txt", "a.dov", "a.csv", "a.tab"] {
-        desk.done(&format!("convert rock.txt {name}"));
-        desk.done(&format!("convert rock.txt {name}"));
+        desk.done(format!("convert rock.txt {name}"));
+        desk.done(format!("convert rock.txt {name}"));
     }
     desk.put("other.csv", b"a,b\n1,2\n");
     desk.refused(
@@ -164,15 +110,15 @@ fn file_that_cannot_say_who_wrote_it_is_replaced_only_by_force() {
 
 #[test]
 fn wrong_input_is_refused_and_nothing_is_written() {
-    let desk = Desk::with_shape();
+    let desk = desk();
     let numbers = |values: &[f64]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
-    desk.put("huge.bshc", &numbers(&[0.0, 1e9, 1.0]));
-    desk.put("large.bshc", &numbers(&[0.0, 1e6, 1.0]));
+    desk.put("huge.bshc", numbers(&[0.0, 1e9, 1.0]));
+    desk.put("large.bshc", numbers(&[0.0, 1e6, 1.0]));
     let header = format!(
         "{:<117}\n",
         "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 99999, 99999), }"
     );
-    desk.put("huge.npy", &[b"\x93NUMPY\x01\x00\x76\x00", header.as_bytes()].concat());
+    desk.put("huge.npy", [b"\x93NUMPY\x01\x00\x76\x00", header.as_bytes()].concat());
     desk.put("bare.txt", b"0 0 1 0\n1 0 0.1 0\n1 1 0.1 0.1\n");
     desk.put("gap.txt", b"0 0 1 0\n2 0 1 0\n");
     desk.put("twice.txt", b"0 0 1 0\n1 0 1 0\n1 0 1 0\n");
@@ -211,7 +157,7 @@ fn wrong_input_is_refused_and_nothing_is_written() {
         ("none.txt", "", &["none.txt: cannot read"]),
         (".", "", &["this is a folder"]),
     ] {
-        desk.refused(&format!("convert {file} out.txt {flags}"), words);
+        desk.refused(format!("convert {file} out.txt {flags}"), words);
     }
     desk.refused(
         "convert rock.txt a.coef --to-normalisation 4pi",
@@ -228,25 +174,25 @@ fn wrong_input_is_refused_and_nothing_is_written() {
 
 #[test]
 fn wrong_command_line_is_exit_code_2() {
-    let desk = Desk::with_shape();
+    let desk = desk();
     for line in [
         "convert rock.txt",
         "convert rock.txt a.txt --to shtools",
         "convert rock.txt a.txt --csphase 1",
         "info rock.txt --row 0",
     ] {
-        assert_eq!(desk.run(line).status.code(), Some(2), "{line}");
+        assert_eq!(desk.run(line).code, 2, "{line}");
     }
 }
 
 #[test]
 fn unit_of_a_file_is_heeded() {
-    let desk = Desk::with_shape();
+    let desk = desk();
     desk.put("bare.txt", b"0 0 2 0\n");
     let line = "info bare.txt --normalisation 4pi";
     assert_eq!(desk.json(line)["mean_radius"], 2.0);
     for (unit, radius) in [("mm", 0.002), ("km", 2000.0), ("um", 2e-6)] {
-        let found = desk.json(&format!("{line} --unit {unit}"))["mean_radius"].as_f64();
+        let found = desk.json(format!("{line} --unit {unit}"))["mean_radius"].as_f64();
         assert!(found.is_some_and(|r| (r / radius - 1.0).abs() <= 1e-15), "{unit}");
     }
     let info = desk.json("info rock.txt");
@@ -257,16 +203,16 @@ fn unit_of_a_file_is_heeded() {
 
 #[test]
 fn mesh_becomes_a_mesh() {
-    let desk = Desk::with_shape();
+    let desk = desk();
     desk.put(
         "a.txt",
         b"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n",
     );
     let volume = desk.json("info a.txt")["volume"].as_f64().expect("a mesh, by its content");
     for (name, digits) in [("a.obj", 1e-15), ("a.ply", 1e-15), ("a.stl", 1e-6)] {
-        let report = desk.json(&format!("convert a.txt {name} --unit cm"));
+        let report = desk.json(format!("convert a.txt {name} --unit cm"));
         assert_eq!((&report["faces"], &report["vertices"]), (&4.into(), &4.into()), "{name}");
-        let found = desk.json(&format!("info {name}"))["volume"].as_f64().expect("a number");
+        let found = desk.json(format!("info {name}"))["volume"].as_f64().expect("a number");
         assert!((1e6 * found / volume - 1.0).abs() <= digits, "{name}: {found}");
     }
     desk.refused("convert rock.txt b.ply", &["these are coefficients", "harmolux mesh"]);

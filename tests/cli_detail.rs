@@ -1,11 +1,10 @@
 //! Level of detail as a user meets it: `render` says which degree each SH object got, and what that may cost.
 
-use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Output};
+mod common;
 
 use serde_json::Value;
-use tempfile::TempDir;
+
+use common::desk::{Desk, Said, repository};
 
 const ROOM: &str = r#"format = 1
 [materials.walls.lambert]
@@ -42,49 +41,24 @@ at = [[1, 1, 0]]
 normal = [0, 0, 1]
 "#;
 
-/// A folder to work in, with a fitted head and a room that holds it near and far.
-struct Desk(TempDir);
-
-impl Desk {
-    fn new() -> Self {
-        let desk = Self(tempfile::tempdir().expect("a folder"));
-        let head = concat!(env!("CARGO_MANIFEST_DIR"), "/data/head.obj");
-        desk.run(&["fit", head, "-l", "12", "-o", "head.txt"]);
-        fs::write(desk.path("room.toml"), ROOM).expect("written");
-        desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn run(&self, words: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
-        let output = command.current_dir(self.0.path()).args(words).output().expect("it starts");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        output
-    }
-
-    /// Runs `harmolux render` for a moment, with these words more.
-    fn render(&self, words: &[&str]) -> Output {
-        self.run(&[&["render", "room.toml", "-D", "render.stop.walks=64"], words].concat())
-    }
-
-    fn bytes(&self, name: &str) -> Vec<u8> {
-        fs::read(self.path(name)).expect("written")
-    }
+/// A folder with a room and the head at degree 12.
+fn desk() -> Desk {
+    let desk = Desk::new().with("room.toml", ROOM);
+    desk.done(["fit", &repository("data/head.obj"), "-l", "12", "-o", "head.txt"]);
+    desk
 }
 
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+/// Runs `harmolux render` for a moment, with these words more.
+fn render(desk: &Desk, words: &[&str]) -> Said {
+    desk.done([&["render", "room.toml", "-D", "render.stop.walks=64"], words].concat())
 }
 
 #[test]
 fn far_objects_are_drawn_at_a_lower_degree_that_is_certified() {
-    let desk = Desk::new();
+    let desk = desk();
     let define = "render.detail={ pixels = 0.25, normal = 180 }";
-    let output = desk.render(&["-D", define, "-o", "a.exr", "--json"]);
-    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let output = render(&desk, &["-D", define, "-o", "a.exr", "--json"]);
+    let report: Value = serde_json::from_str(&output.out).expect("JSON");
     let details = report["details"].as_array().expect("a list");
     let [far, near] = ["far", "near"]
         .map(|name| details.iter().find(|d| d["name"] == name).expect("both objects are listed"));
@@ -99,15 +73,15 @@ fn far_objects_are_drawn_at_a_lower_degree_that_is_certified() {
 
 #[test]
 fn degrees_are_said_and_nothing_is_simplified_unasked() {
-    let desk = Desk::new();
-    let plain = said(&desk.render(&["-o", "a.exr"]));
+    let desk = desk();
+    let plain = render(&desk, &["-o", "a.exr"]).err;
     assert!(!plain.contains("detail"), "{plain}");
-    let one = said(&desk.render(&["-D", "objects.far.sh.detail={}", "-o", "b.exr"]));
+    let one = render(&desk, &["-D", "objects.far.sh.detail={}", "-o", "b.exr"]).err;
     assert!(one.contains("detail: `far` at") && !one.contains("`near`"), "{one}");
-    let none = said(&desk.render(&["-D", "render.detail={ pixels = 0 }", "-o", "c.exr"]));
+    let none = render(&desk, &["-D", "render.detail={ pixels = 0 }", "-o", "c.exr"]).err;
     assert!(none.contains("detail: 2 objects at full degree 12, from 1."), "{none}");
     assert_eq!(desk.bytes("a.exr"), desk.bytes("c.exr"));
     // Sensors need exact shapes: nothing is chosen for them.
-    let illum = said(&desk.run(&["illum", "room.toml", "-D", "render.detail={}"]));
+    let illum = desk.done(["illum", "room.toml", "-D", "render.detail={}"]).err;
     assert!(!illum.contains("detail"), "{illum}");
 }

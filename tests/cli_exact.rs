@@ -1,33 +1,25 @@
 //! Problems whose answer is known, as a user meets them: `exact`.
 
+mod common;
+
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
-use tempfile::TempDir;
 
-fn run_in(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_harmolux"))
-        .arg("exact")
-        .args(arguments.split_whitespace())
-        .current_dir(folder)
-        .output()
-        .expect("the tool runs")
+use common::desk::{Desk, Said, assert_says, repository};
+
+fn desk() -> Desk {
+    Desk::of(&["exact"])
 }
 
-/// Runs a problem, which must succeed; gives what it prints on stdout and on stderr.
-fn said(arguments: &str) -> [String; 2] {
-    let output = run_in(Path::new("."), arguments);
-    let texts =
-        [output.stdout, output.stderr].map(|b| String::from_utf8(b).expect("a text in UTF-8"));
-    assert_eq!(output.status.code(), Some(0), "{arguments}: {}", texts[1]);
-    texts
+/// Runs a problem, which must succeed; gives what it prints.
+fn said(arguments: &str) -> Said {
+    desk().done(arguments)
 }
 
 /// Runs a problem and reads the JSON it prints.
 fn json(arguments: &str) -> Value {
-    serde_json::from_str(&said(&format!("{arguments} --json"))[0]).expect("JSON")
+    desk().json(arguments)
 }
 
 fn rows(arguments: &str) -> Vec<Value> {
@@ -74,7 +66,7 @@ const STANDARD: [(&str, usize); 19] = [
 #[test]
 fn standard_cases_need_no_options() {
     for (problem, count) in STANDARD {
-        let [table, _] = said(problem);
+        let table = said(problem).out;
         // A header and a rule above the rows.
         assert_eq!(table.lines().count(), count + 2, "{table}");
         assert!(table.lines().all(|line| line.starts_with('|') && line.ends_with('|')), "{table}");
@@ -84,16 +76,13 @@ fn standard_cases_need_no_options() {
 
 #[test]
 fn csv_has_the_numbers_of_json_and_replaces_only_its_own() {
-    let desk = TempDir::new().expect("a folder");
-    let file = desk.path().join("out.csv");
     for (problem, count) in STANDARD {
-        let _ = fs::remove_file(&file);
+        let desk = desk();
         for _ in 0..2 {
-            let output = run_in(desk.path(), &format!("{problem} -o out.csv"));
-            assert_eq!(output.status.code(), Some(0), "{problem}");
-            assert!(String::from_utf8_lossy(&output.stderr).contains("written out.csv"));
+            let said = desk.done(format!("{problem} -o out.csv"));
+            assert!(said.err.contains("written out.csv"));
         }
-        let csv = fs::read_to_string(&file).expect("written");
+        let csv = desk.text("out.csv");
         assert_eq!(csv.lines().count(), count + 1, "{csv}");
         let header: Vec<&str> = csv.lines().next().expect("a header").split(',').collect();
         for (line, row) in csv.lines().skip(1).zip(rows(problem)) {
@@ -110,11 +99,9 @@ fn csv_has_the_numbers_of_json_and_replaces_only_its_own() {
             }
         }
     }
-    fs::write(&file, "a poem").expect("written");
-    let output = run_in(desk.path(), "cap -o out.csv");
-    assert_eq!(output.status.code(), Some(3));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("--force"));
-    assert_eq!(run_in(desk.path(), "cap -o out.csv --force").status.code(), Some(0));
+    let desk = desk().with("out.csv", "a poem");
+    desk.refused("cap -o out.csv", &["--force"]);
+    desk.done("cap -o out.csv --force");
 }
 
 #[test]
@@ -178,7 +165,7 @@ fn sobolev_discs_tell_what_escapes() {
     let [escaped, flux] =
         ["escaped_flux_lm", "source_flux_lm"].map(|key| report[key].as_f64().expect("a number"));
     assert!((flux - 4.0 * std::f64::consts::PI).abs() <= 1e-14 && escaped < 0.5 * flux);
-    assert!(said(discs)[1].contains("of 12.5664 lm from the source 5.18"));
+    assert!(said(discs).err.contains("of 12.5664 lm from the source 5.18"));
     // Black surroundings receive and send nothing back.
     let row = &rows("sobolev --radius 2 -r 3")[0];
     assert_eq!(row["luminance_cd_m2"], 0.0);
@@ -280,7 +267,7 @@ fn cases_of_cie_171_are_the_printed_tables() {
     let a = &rows("cie171-5.3")[0];
     assert_eq!((&a["point"], &a["z_m"], &a["normal_y"]), (&"A".into(), &2.75.into(), &1.0.into()));
     assert_eq!(a["published_illuminance_lx"], 32.68);
-    assert!(said("cie171-5.7")[1].contains("Table 19"));
+    assert!(said("cie171-5.7").err.contains("Table 19"));
 }
 
 #[test]
@@ -327,20 +314,17 @@ fn bad_input_is_refused_with_words() {
         (3, "form-factor discs --from 1e-200 --to 1e200", "beyond the range of numbers"),
         (3, "cap -o out.txt", "name it out.csv"),
     ] {
-        let output = run_in(Path::new("."), arguments);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{arguments}: {said}");
-        assert!(said.contains(words), "{arguments}: `{words}` is missing in:\n{said}");
-        assert!(output.stdout.is_empty(), "{arguments}");
+        let said = desk().ends(code, arguments);
+        assert_says(&said.err, &[words]);
+        assert!(said.out.is_empty(), "{arguments}");
     }
 }
 
 #[test]
 fn readme_shows_what_is_printed() {
-    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
-    let readme = fs::read_to_string(readme).expect("readable");
+    let readme = fs::read_to_string(repository("README.md")).expect("readable");
     let (_, session) = readme.split_once("$ harmolux exact ").expect("the session");
     let (arguments, rest) = session.split_once('\n').expect("its command");
     let (answer, _) = rest.split_once("```").expect("its end");
-    assert_eq!(said(arguments)[0], answer);
+    assert_eq!(said(arguments).out, answer);
 }

@@ -1,100 +1,64 @@
 //! False colour as a user meets it: pictures, grids on any plane, scales, refusals.
 
-use std::fs;
-use std::path::PathBuf;
-use std::process::Command;
+mod common;
 
 use glam::{DQuat, DVec3};
 use harmolux::io::images::Exr;
 use harmolux::math::Rgb;
 use serde_json::Value;
-use tempfile::TempDir;
+
+use common::desk::Desk;
 
 /// A folder to work in.
-struct Desk(TempDir);
+fn desk() -> Desk {
+    Desk::of(&["falsecolor"])
+}
 
-impl Desk {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a folder"))
-    }
+/// Runs what must be done; gives what it prints.
+fn said(desk: &Desk, words: &str) -> String {
+    desk.done(words).all().1
+}
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
+/// Runs what must be refused; gives the message.
+fn refusal(desk: &Desk, words: &str) -> String {
+    desk.ends(3, words).err
+}
 
-    fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).expect("written")
-    }
+fn size(desk: &Desk, name: &str) -> (u32, u32) {
+    image::load_from_memory(&desk.bytes(name))
+        .map(|picture| (picture.width(), picture.height()))
+        .expect("a PNG")
+}
 
-    fn size(&self, name: &str) -> (u32, u32) {
-        image::load_from_memory(&fs::read(self.path(name)).expect("written"))
-            .map(|picture| (picture.width(), picture.height()))
-            .expect("a PNG")
-    }
+/// A picture of 40 x 30 pixels that rises from 0 to 117 cd/m2 to the right.
+fn picture(change: impl Fn(usize, f64) -> f64) -> Vec<u8> {
+    let value = |i: usize| change(i, 3.0 * (i % 40) as f64);
+    let pixels: Vec<Rgb> = (0..1200).map(|i| Rgb::grey(value(i))).collect();
+    let exr = Exr::new(40, 30).with_colour("", &pixels).expect("fits");
+    let exr = exr.with_values("stderr.Y", &vec![0.5; 1200]).expect("fits");
+    exr.with_attribute("unit", "cd/m2").to_bytes().expect("encoded")
+}
 
-    /// Runs the tool in this folder; gives its exit code, stdout and stderr.
-    fn run(&self, words: &str) -> (i32, String, String) {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
-        command.current_dir(self.0.path()).args(words.split_whitespace());
-        let output = command.output().expect("the tool runs");
-        let [out, err] =
-            [output.stdout, output.stderr].map(|b| String::from_utf8(b).expect("text"));
-        (output.status.code().unwrap_or(-1), out, err)
-    }
-
-    /// Runs `falsecolor`, which must succeed; gives what it prints.
-    fn said(&self, words: &str) -> String {
-        let (code, out, err) = self.run(&format!("falsecolor {words}"));
-        assert_eq!(code, 0, "{words}: {err}");
-        out + &err
-    }
-
-    fn json(&self, words: &str) -> Value {
-        let (code, out, err) = self.run(&format!("falsecolor {words} --json"));
-        assert_eq!(code, 0, "{words}: {err}");
-        serde_json::from_str(&out).expect("JSON")
-    }
-
-    /// Runs `falsecolor`, which must refuse with exit code 3; gives the message.
-    fn refusal(&self, words: &str) -> String {
-        let (code, _, err) = self.run(&format!("falsecolor {words}"));
-        assert_eq!(code, 3, "{words}: {err}");
-        err
-    }
-
-    /// Writes a picture of 40 x 30 pixels that rises from 0 to 117 cd/m2 to the right.
-    fn with_picture(self, change: impl Fn(usize, f64) -> f64) -> Self {
-        let value = |i: usize| change(i, 3.0 * (i % 40) as f64);
-        let pixels: Vec<Rgb> = (0..1200).map(|i| Rgb::grey(value(i))).collect();
-        let exr = Exr::new(40, 30).with_colour("", &pixels).expect("fits");
-        let exr = exr.with_values("stderr.Y", &vec![0.5; 1200]).expect("fits");
-        let bytes = exr.with_attribute("unit", "cd/m2").to_bytes().expect("encoded");
-        fs::write(self.path("view.exr"), bytes).expect("written");
-        self
-    }
-
-    /// Writes a table of grids of 5 x 4 sensors, 0.5 m apart: on the floor, on a wall, tilted; and of a line.
-    fn with_table(self) -> Self {
-        let mut text = format!("{HEADER}\n");
-        let planes = [
-            ("floor", DQuat::IDENTITY),
-            ("wall", DQuat::from_mat3(&glam::DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X))),
-            ("tilted", DQuat::from_rotation_z(0.3) * DQuat::from_rotation_x(0.8)),
-        ];
-        for (name, turn) in planes {
-            let normal = turn * DVec3::Z;
-            for i in 0..20 {
-                let p = turn * DVec3::new(f64::from(i % 5) * 0.5, f64::from(i / 5) * 0.5, 0.0);
-                let behind = if name == "floor" && i == 7 { "cupboard" } else { "" };
-                text += &row(name, p, normal, 100.0 + 10.0 * f64::from(i), behind);
-            }
+/// A table of grids of 5 x 4 sensors, 0.5 m apart: on the floor, on a wall, tilted; and of a line.
+fn table() -> String {
+    let mut text = format!("{HEADER}\n");
+    let planes = [
+        ("floor", DQuat::IDENTITY),
+        ("wall", DQuat::from_mat3(&glam::DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X))),
+        ("tilted", DQuat::from_rotation_z(0.3) * DQuat::from_rotation_x(0.8)),
+    ];
+    for (name, turn) in planes {
+        let normal = turn * DVec3::Z;
+        for i in 0..20 {
+            let p = turn * DVec3::new(f64::from(i % 5) * 0.5, f64::from(i / 5) * 0.5, 0.0);
+            let behind = if name == "floor" && i == 7 { "cupboard" } else { "" };
+            text += &row(name, p, normal, 100.0 + 10.0 * f64::from(i), behind);
         }
-        for i in 0..5 {
-            text += &row("row", DVec3::new(f64::from(i), 0.0, 0.0), DVec3::Z, 1.0, "");
-        }
-        fs::write(self.path("lux.csv"), text).expect("written");
-        self
     }
+    for i in 0..5 {
+        text += &row("row", DVec3::new(f64::from(i), 0.0, 0.0), DVec3::Z, 1.0, "");
+    }
+    text
 }
 
 const HEADER: &str =
@@ -106,26 +70,26 @@ fn row(name: &str, p: DVec3, n: DVec3, value: f64, behind: &str) -> String {
 
 #[test]
 fn picture_becomes_false_colour_with_a_legend() {
-    let desk = Desk::new().with_picture(|_, v| v);
-    let said = desk.said("view.exr -o cd.png -o cd.svg --lines --points");
-    assert!(said.contains("0 to 120.0 cd/m\u{b2}, linear, viridis"), "{said}");
-    assert!(said.contains("117.0 cd/m\u{b2} at (39, 0)"), "{said}");
-    let (width, height) = desk.size("cd.png");
+    let desk = desk().with("view.exr", picture(|_, v| v));
+    let text = said(&desk, "view.exr -o cd.png -o cd.svg --lines --points");
+    assert!(text.contains("0 to 120.0 cd/m\u{b2}, linear, viridis"), "{text}");
+    assert!(text.contains("117.0 cd/m\u{b2} at (39, 0)"), "{text}");
+    let (width, height) = size(&desk, "cd.png");
     assert!(width > 640 && height >= 480);
-    let svg = desk.read("cd.svg");
+    let svg = desk.text("cd.svg");
     for words in [">cd/m\u{b2}<", ">120<", ">60<", ">117<", "data:image/png;base64,"] {
         assert!(svg.contains(words), "{words}");
     }
     // What this program wrote is replaced, what another wrote is not.
-    desk.said("view.exr -o cd.png -o cd.svg");
-    fs::write(desk.path("mine.svg"), "<svg></svg>").expect("written");
-    assert!(desk.refusal("view.exr -o mine.svg").contains("--force"));
-    desk.said("view.exr -o mine.svg --force");
+    said(&desk, "view.exr -o cd.png -o cd.svg");
+    desk.put("mine.svg", "<svg></svg>");
+    assert!(refusal(&desk, "view.exr -o mine.svg").contains("--force"));
+    said(&desk, "view.exr -o mine.svg --force");
 }
 
 #[test]
 fn scale_is_what_is_asked_for() {
-    let desk = Desk::new().with_picture(|_, v| v);
+    let desk = desk().with("view.exr", picture(|_, v| v));
     let report = desk.json("view.exr -o a.svg -s 80 -n 4 -l nit");
     assert_eq!((report["high"].as_f64(), report["unit"].as_str()), (Some(80.0), Some("nit")));
     assert_eq!(report["levels"], serde_json::json!([0.0, 20.0, 40.0, 60.0, 80.0]));
@@ -136,45 +100,61 @@ fn scale_is_what_is_asked_for() {
     assert_eq!(report["logarithmic"], true);
     let report = desk.json("view.exr -o a.svg --min 10 --channel stderr.Y");
     assert_eq!(report["largest"]["value"], 0.5);
-    assert!(desk.refusal("view.exr -o a.svg -s 1 --min 2").contains("from 2 to 1 shows nothing"));
-    assert!(desk.refusal("view.exr -o a.svg -s nan").contains("shows nothing"));
+    assert!(refusal(&desk, "view.exr -o a.svg -s 1 --min 2").contains("from 2 to 1 shows nothing"));
+    assert!(refusal(&desk, "view.exr -o a.svg -s nan").contains("shows nothing"));
+    for decades in ["0", "-1", "400"] {
+        let message = refusal(&desk, &format!("view.exr -o a.svg --log {decades}"));
+        assert!(message.contains("above 0 and at most 30 decades, not"), "{message}");
+    }
     for words in
         ["view.exr -o a.svg --log 2 --min 1", "view.exr", "view.exr -o a.svg --palette jet"]
     {
-        assert_eq!(desk.run(&format!("falsecolor {words}")).0, 2, "{words}");
+        assert_eq!(desk.run(words).code, 2, "{words}");
     }
 }
 
 #[test]
+fn depths_without_end_are_no_spoilt_values() {
+    let depths = (0..1200).map(|i| if i < 60 { f64::INFINITY } else { 2.0 }).collect::<Vec<_>>();
+    let exr = Exr::new(40, 30).with_values("depth.Z", &depths).expect("fits");
+    let desk = desk().with("view.exr", exr.to_bytes().expect("encoded"));
+    let text = said(&desk, "view.exr -o a.svg --channel depth.Z");
+    assert!(text.contains("nothing there  60, 5.00 %") && !text.contains("not finite"), "{text}");
+    assert!(desk.text("a.svg").contains(">nothing<"));
+    let report = desk.json("view.exr -o a.svg --channel depth.Z");
+    assert_eq!((&report["nothing"], &report["not_finite"]), (&60.into(), &0.into()));
+}
+
+#[test]
 fn spoilt_and_dark_pictures_are_shown_and_said() {
-    let spoilt = Desk::new().with_picture(|i, v| if i < 3 { f64::NAN } else { v });
-    let said = spoilt.said("view.exr -o a.svg -o a.png --lines");
-    assert!(said.contains("3 values are not finite; shown magenta"), "{said}");
-    assert!(spoilt.read("a.svg").contains("not finite"));
-    let dark = Desk::new().with_picture(|_, _| 0.0);
+    let spoilt = desk().with("view.exr", picture(|i, v| if i < 3 { f64::NAN } else { v }));
+    let text = said(&spoilt, "view.exr -o a.svg -o a.png --lines");
+    assert!(text.contains("3 values are not finite; shown magenta"), "{text}");
+    assert!(spoilt.text("a.svg").contains("not finite"));
+    let dark = desk().with("view.exr", picture(|_, _| 0.0));
     for words in ["", "--log 3", "--lines -e"] {
-        assert_eq!(dark.json(&format!("view.exr -o a.png {words}"))["high"], 1.0);
+        assert_eq!(dark.json(format!("view.exr -o a.png {words}"))["high"], 1.0);
     }
-    let void = Desk::new().with_picture(|_, _| f64::INFINITY);
+    let void = desk().with("view.exr", picture(|_, _| f64::INFINITY));
     assert_eq!(void.json("view.exr -o a.png -e --lines")["largest"], Value::Null);
 }
 
 #[test]
 fn grids_on_any_plane_become_isolux_pictures() {
-    let desk = Desk::new().with_table();
-    let said = desk.said("lux.csv -o a.svg -o a.png --group floor --points");
-    assert!(said.contains("floor, 5 x 4, 1 behind an object"), "{said}");
-    assert!(said.contains("290.0 lx at (2, 1.5, 0)"), "{said}");
-    let svg = desk.read("a.svg");
+    let desk = desk().with("lux.csv", table());
+    let text = said(&desk, "lux.csv -o a.svg -o a.png --group floor --points");
+    assert!(text.contains("floor, 5 x 4, 1 behind an object"), "{text}");
+    assert!(text.contains("290.0 lx at (2, 1.5, 0)"), "{text}");
+    let svg = desk.text("a.svg");
     for words in [">x, m<", ">y, m<", ">100<", ">290<", ">lx<", ">behind<", "seen from above"] {
         assert!(svg.contains(words), "{words}");
     }
     assert!(!svg.contains(">170<"), "the hidden sensor has no value");
-    desk.said("lux.csv -o wall.svg --group wall");
-    let wall = desk.read("wall.svg");
+    said(&desk, "lux.csv -o wall.svg --group wall");
+    let wall = desk.text("wall.svg");
     assert!(wall.contains(">y, m<") && wall.contains(">z, m<") && wall.contains("seen from +x"));
-    desk.said("lux.csv -o tilted.svg --group tilted");
-    assert!(desk.read("tilted.svg").contains("along (0.955, 0.296, 0), m"));
+    said(&desk, "lux.csv -o tilted.svg --group tilted");
+    assert!(desk.text("tilted.svg").contains("along (0.955, 0.296, 0), m"));
     let report = desk.json("lux.csv -o a.svg --group wall --channel half_width_95_lx");
     assert_eq!(
         (report["least"]["value"].as_f64(), report["unit"].as_str()),
@@ -184,31 +164,31 @@ fn grids_on_any_plane_become_isolux_pictures() {
 
 #[test]
 fn only_grid_is_taken_and_others_are_named() {
-    let desk = Desk::new().with_table();
-    let message = desk.refusal("lux.csv -o a.png");
+    let desk = desk().with("lux.csv", table());
+    let message = refusal(&desk, "lux.csv -o a.png");
     assert!(message.contains("several groups are grids: floor, wall, tilted"), "{message}");
-    let message = desk.refusal("lux.csv -o a.png --group flor");
+    let message = refusal(&desk, "lux.csv -o a.png --group flor");
     assert!(message.contains("no group `flor` of sensors, only floor, wall, tilted, row"));
-    let message = desk.refusal("lux.csv -o a.png --group row");
+    let message = refusal(&desk, "lux.csv -o a.png --group row");
     assert!(message.contains("`row` are no grid: the points stand in one line"), "{message}");
     assert!(message.contains("help: make the sensors a grid"), "{message}");
-    let kept = desk.read("lux.csv");
+    let kept = desk.text("lux.csv");
     let keep = |words: &[&str]| {
         let lines = kept.lines().filter(|l| words.iter().any(|w| l.starts_with(w)));
-        fs::write(desk.path("few.csv"), lines.collect::<Vec<_>>().join("\n")).expect("written");
+        desk.put("few.csv", lines.collect::<Vec<_>>().join("\n"));
     };
     keep(&["group", "floor", "row"]);
-    assert!(desk.said("few.csv -o a.png").contains("not shown, no grids: row"));
+    assert!(said(&desk, "few.csv -o a.png").contains("not shown, no grids: row"));
     keep(&["group", "row"]);
-    assert!(desk.refusal("few.csv -o a.png").contains("`row` are no grid"));
+    assert!(refusal(&desk, "few.csv -o a.png").contains("`row` are no grid"));
 }
 
 #[test]
 fn what_cannot_be_shown_is_refused_with_the_way_on() {
-    let desk = Desk::new().with_table().with_picture(|_, v| v);
-    fs::write(desk.path("x.csv"), "a,b\n1,2\n").expect("written");
-    fs::write(desk.path("x.txt"), "hello").expect("written");
-    fs::write(desk.path("x.exr"), [0x76, 0x2f, 0x31, 0x01, 0, 0]).expect("written");
+    let desk = desk().with("lux.csv", table()).with("view.exr", picture(|_, v| v));
+    desk.put("x.csv", "a,b\n1,2\n");
+    desk.put("x.txt", "hello");
+    desk.put("x.exr", [0x76, 0x2f, 0x31, 0x01, 0, 0]);
     for (words, expected) in [
         ("x.csv -o a.png", "x.csv:1: the table has no column `group`, only a, b"),
         ("x.txt -o a.png", "neither an EXR picture nor a CSV table"),
@@ -221,7 +201,7 @@ fn what_cannot_be_shown_is_refused_with_the_way_on() {
         ("lux.csv -o a.png --group floor --channel lux", "no column `lux`"),
         ("view.exr -o no/a.png", "no/a.png"),
     ] {
-        let message = desk.refusal(words);
+        let message = refusal(&desk, words);
         assert!(message.contains(expected), "{words}: {message}");
     }
     assert!(!desk.path("a.png").exists());
@@ -247,11 +227,10 @@ count = [4, 5]
 [illum]
 stop = { walks = 64 }
 "#;
-    fs::write(desk.path("room.toml"), scene).expect("written");
-    let (code, _, err) = desk.run("illum room.toml -o lux.csv -o lux.npy");
-    assert_eq!(code, 0, "{err}");
-    assert!(desk.said("lux.csv -o floor.png").contains("floor, 4 x 5"));
-    let bytes = fs::read(desk.path("lux.npy")).expect("written");
+    desk.put("room.toml", scene);
+    desk.done("illum room.toml -o lux.csv -o lux.npy");
+    assert!(said(&desk, "falsecolor lux.csv -o floor.png").contains("floor, 4 x 5"));
+    let bytes = desk.bytes("lux.npy");
     let header = String::from_utf8_lossy(&bytes[..128]).into_owned();
     assert!(header.contains("'descr': '<f8'") && header.contains("'shape': (20, 10)"), "{header}");
     assert_eq!(bytes.len(), 128 + 20 * 10 * 8);
@@ -259,7 +238,7 @@ stop = { walks = 64 }
         let at = 128 + 8 * i;
         f64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"))
     };
-    let csv = desk.read("lux.csv");
+    let csv = desk.text("lux.csv");
     let first: Vec<f64> = csv
         .lines()
         .nth(1)
@@ -271,6 +250,5 @@ stop = { walks = 64 }
         .collect();
     assert_eq!((0..10).map(number).collect::<Vec<_>>(), first);
     // An array has no room for a mark: it is never taken for ours.
-    let (code, _, err) = desk.run("illum room.toml -o lux.npy");
-    assert!(code == 3 && err.contains("--force"), "{err}");
+    desk.refused("illum room.toml -o lux.npy", &["--force"]);
 }

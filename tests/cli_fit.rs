@@ -1,114 +1,19 @@
 //! `harmolux fit` as a user meets it: folds, points, filters, many meshes at once.
 
-use std::collections::BTreeMap;
+mod common;
+
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
 use harmolux::io::coefficients;
 use serde_json::Value;
-use tempfile::TempDir;
 
-/// A folder to work in.
-struct Desk(TempDir);
+use common::desk::{Desk, number};
+use common::solids::{cube, prism};
 
-impl Desk {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("a folder"))
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn put(&self, name: &str, text: &str) {
-        fs::write(self.path(name), text).expect("written");
-    }
-
-    fn text(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-    }
-
-    /// Everything in the folder; a folder in it has no bytes.
-    fn content(&self) -> BTreeMap<PathBuf, Vec<u8>> {
-        let entries = fs::read_dir(self.0.path()).expect("readable");
-        let paths = entries.map(|e| e.expect("readable").path());
-        paths.map(|path| (path.clone(), fs::read(&path).unwrap_or_default())).collect()
-    }
-
-    /// Runs `harmolux fit` with these words.
-    fn fit(&self, words: &str) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
-        command.current_dir(self.0.path()).arg("fit").args(words.split_whitespace());
-        command.output().expect("the tool starts")
-    }
-
-    fn done(&self, words: &str) -> String {
-        let output = self.fit(words);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        stdout(&output)
-    }
-
-    fn json(&self, words: &str) -> Value {
-        serde_json::from_str(&self.done(&format!("{words} --json"))).expect("JSON on stdout")
-    }
-
-    /// Runs what must be refused as bad input, in these words, without writing anything.
-    fn refused(&self, words: &str, says: &[&str]) {
-        let before = self.content();
-        let output = self.fit(words);
-        assert_eq!((code(&output), stdout(&output).as_str()), (3, ""), "{}", stderr(&output));
-        for say in says {
-            assert!(stderr(&output).contains(say), "`{say}` is missing in:\n{}", stderr(&output));
-        }
-        assert!(self.content() == before, "something was written");
-    }
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().unwrap_or(-1)
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn number(report: &Value, name: &str) -> f64 {
-    report[name].as_f64().unwrap_or_else(|| panic!("{name} in {report}"))
-}
-
-/// Writes a prism over a counter-clockwise polygon, whose caps are cut into the quadrilaterals `caps` (from 0).
-fn prism(corners: &[[f64; 2]], heights: [f64; 2], caps: &[[usize; 4]]) -> String {
-    let n = corners.len();
-    let mut text = String::new();
-    for z in heights {
-        for [x, y] in corners {
-            writeln!(text, "v {x} {y} {z}").expect("a String takes all");
-        }
-    }
-    let mut face = |corners: [usize; 4]| {
-        let [a, b, c, d] = corners.map(|i| i + 1);
-        writeln!(text, "f {a} {b} {c} {d}").expect("a String takes all");
-    };
-    for &[a, b, c, d] in caps {
-        face([d, c, b, a]);
-        face([a + n, b + n, c + n, d + n]);
-    }
-    for i in 0..n {
-        let j = (i + 1) % n;
-        face([i, j, j + n, i + n]);
-    }
-    text
-}
-
-/// A cube of side `2 a` about the origin.
-fn cube(a: f64) -> String {
-    prism(&[[-a, -a], [a, -a], [a, a], [-a, a]], [-a, a], &[[0, 1, 2, 3]])
+fn desk() -> Desk {
+    Desk::of(&["fit"])
 }
 
 /// A cube of side 4 with a rail along its top that overhangs on both sides: star-shaped about no point.
@@ -146,8 +51,8 @@ fn ellipsoid(count: usize) -> String {
 
 #[test]
 fn a_folded_mesh_is_refused_with_the_flag_that_fits_it() {
-    let desk = Desk::new();
-    desk.put("rail.obj", &railed());
+    let desk = desk();
+    desk.put("rail.obj", railed());
     let words =
         ["rail.obj: the mesh is not star-shaped", "no centre sees all", "--not-star outermost"];
     desk.refused("rail.obj -l 8 -o a.txt", &words);
@@ -159,10 +64,10 @@ fn a_folded_mesh_is_refused_with_the_flag_that_fits_it() {
 
 #[test]
 fn envelopes_of_a_folded_mesh_are_fitted_in_their_order() {
-    let desk = Desk::new();
-    desk.put("rail.obj", &railed());
+    let desk = desk();
+    desk.put("rail.obj", railed());
     let fits = ["first", "mean", "outermost"].map(|envelope| {
-        desk.json(&format!("rail.obj -l 8 -o {envelope}.txt --not-star {envelope} --centre 0,0,0"))
+        desk.json(format!("rail.obj -l 8 -o {envelope}.txt --not-star {envelope} --centre 0,0,0"))
     });
     let volumes = fits.each_ref().map(|fit| number(fit, "mesh_volume"));
     assert!(volumes[0] < volumes[1] && volumes[1] < volumes[2], "{volumes:?}");
@@ -177,7 +82,7 @@ fn envelopes_of_a_folded_mesh_are_fitted_in_their_order() {
         assert!(number(fit, "rms") <= 0.03 * number(fit, "mean_radius"), "{fit}");
         assert_eq!(fit["rms_by_parseval"], Value::Null);
     }
-    let text = desk.done("rail.obj -l 8 -o a.txt --not-star outermost");
+    let text = desk.done("rail.obj -l 8 -o a.txt --not-star outermost").out;
     assert!(
         text.contains("% of the directions meet the mesh more than once: the outermost radius"),
         "{text}"
@@ -186,8 +91,8 @@ fn envelopes_of_a_folded_mesh_are_fitted_in_their_order() {
 
 #[test]
 fn a_star_shaped_mesh_is_fitted_as_ever_under_not_star() {
-    let desk = Desk::new();
-    desk.put("cube.obj", &cube(1.0));
+    let desk = desk();
+    desk.put("cube.obj", cube(1.0));
     desk.done("cube.obj -l 6 -o a.txt");
     let fit = desk.json("cube.obj -l 6 -o b.txt --not-star mean");
     assert_eq!((desk.text("a.txt"), &fit["not_star"]), (desk.text("b.txt"), &Value::Null));
@@ -197,8 +102,8 @@ fn a_star_shaped_mesh_is_fitted_as_ever_under_not_star() {
 
 #[test]
 fn a_fit_states_its_errors_of_radius_normal_volume_and_area() {
-    let desk = Desk::new();
-    desk.put("cube.obj", &cube(1.0));
+    let desk = desk();
+    desk.put("cube.obj", cube(1.0));
     let fit = desk.json("cube.obj -l 12 -o a.txt");
     assert!((number(&fit, "mesh_volume") - 8.0).abs() <= 1e-9, "{fit}");
     assert!((number(&fit, "mesh_area") - 24.0).abs() <= 1e-9, "{fit}");
@@ -208,7 +113,7 @@ fn a_fit_states_its_errors_of_radius_normal_volume_and_area() {
     let [mean, most] = ["normal_mean_degrees", "normal_95_degrees"].map(|name| number(&fit, name));
     assert!(mean > 1.0 && most > mean && most < 60.0, "{fit}");
     assert!((number(&fit, "rms") / number(&fit, "rms_by_parseval") - 1.0).abs() <= 0.01, "{fit}");
-    let text = desk.done("cube.obj -l 12 -o a.txt");
+    let text = desk.done("cube.obj -l 12 -o a.txt").out;
     for word in ["normals ", "volume ", "area ", "(by Parseval "] {
         assert!(text.contains(word), "`{word}` is missing in:\n{text}");
     }
@@ -216,8 +121,8 @@ fn a_fit_states_its_errors_of_radius_normal_volume_and_area() {
 
 #[test]
 fn filters_damp_degrees_and_are_off_by_default() {
-    let desk = Desk::new();
-    desk.put("cube.obj", &cube(1.0));
+    let desk = desk();
+    desk.put("cube.obj", cube(1.0));
     desk.done("cube.obj -l 8 -o plain.txt");
     desk.done("cube.obj -l 8 -o heat.txt --filter heat=0.01");
     let lanczos = desk.json("cube.obj -l 8 -o lanczos.txt --filter lanczos");
@@ -242,17 +147,17 @@ fn filters_damp_degrees_and_are_off_by_default() {
         "--not-star-limit 3",
         "--not-star first --not-star-limit 200",
     ] {
-        assert_eq!(code(&desk.fit(&format!("cube.obj -l 8 -o a.txt {wrong}"))), 2, "{wrong}");
+        assert_eq!(desk.run(format!("cube.obj -l 8 -o a.txt {wrong}")).code, 2, "{wrong}");
     }
 }
 
 #[test]
 fn degrees_from_0_to_300_are_fitted() {
-    let desk = Desk::new();
-    desk.put("cube.obj", &cube(1.0));
+    let desk = desk();
+    desk.put("cube.obj", cube(1.0));
     let mut last = f64::INFINITY;
     for degree in [0, 1, 95, 96, 300] {
-        let fit = desk.json(&format!("cube.obj -l {degree} -o a.txt"));
+        let fit = desk.json(format!("cube.obj -l {degree} -o a.txt"));
         let rms = number(&fit, "rms");
         assert!(
             rms <= last && (rms / number(&fit, "rms_by_parseval") - 1.0).abs() <= 0.01,
@@ -266,8 +171,8 @@ fn degrees_from_0_to_300_are_fitted() {
 
 #[test]
 fn points_are_fitted_by_least_squares() {
-    let desk = Desk::new();
-    desk.put("scan.csv", &ellipsoid(2000));
+    let desk = desk();
+    desk.put("scan.csv", ellipsoid(2000));
     let fit = desk.json("scan.csv -l 16 -o a.txt");
     assert_eq!(
         (&fit["points"], &fit["centre"]),
@@ -282,13 +187,13 @@ fn points_are_fitted_by_least_squares() {
         .coefficients;
     let up: f64 = (0..=16).map(|l| shape.get(l, 0).0).sum();
     assert!((up - 3.0).abs() <= 0.02, "{up}");
-    let text = desk.done("scan.csv -l 4 -o b.txt --lambda 1e-6 --unit mm");
+    let text = desk.done("scan.csv -l 4 -o b.txt --lambda 1e-6 --unit mm").out;
     assert!(text.contains("RMS residual") && text.contains("points          2000"), "{text}");
 }
 
 #[test]
 fn points_that_cannot_be_fitted_are_refused() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.put("few.xyz", "1 0 0\n0 1 0\n0 0 1\n");
     let words =
         ["few.xyz: 3 samples cannot determine the 16 coefficients", "to 0 or less", "lambda"];
@@ -304,10 +209,10 @@ fn points_that_cannot_be_fitted_are_refused() {
 
 #[test]
 fn least_squares_over_the_vertices_of_a_mesh_come_close() {
-    let desk = Desk::new();
+    let desk = desk();
     let head = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj").display().to_string();
-    let exact = desk.json(&format!("{head} -l 8 -o a.txt"));
-    let fit = desk.json(&format!("{head} -l 8 -o b.txt --projection least-squares"));
+    let exact = desk.json(format!("{head} -l 8 -o a.txt"));
+    let fit = desk.json(format!("{head} -l 8 -o b.txt --projection least-squares"));
     assert_eq!(fit["rms_by_parseval"], Value::Null);
     let [a, b] = [&exact, &fit].map(|fit| number(fit, "rms"));
     // The exact projection has the least error; least squares over 16 331 vertices comes within a part in a thousand.
@@ -318,18 +223,18 @@ fn least_squares_over_the_vertices_of_a_mesh_come_close() {
 
 #[test]
 fn many_meshes_are_fitted_into_a_folder_and_bad_ones_reported() {
-    let desk = Desk::new();
+    let desk = desk();
     for (name, side) in [("a.obj", 1.0), ("b.obj", 2.0), ("c.obj", 3.0)] {
-        desk.put(name, &cube(side));
+        desk.put(name, cube(side));
     }
-    desk.put("rail.obj", &railed());
+    desk.put("rail.obj", railed());
     desk.put("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    desk.put("scan.xyz", &ellipsoid(100));
+    desk.put("scan.xyz", ellipsoid(100));
     let words = "a.obj rail.obj b.obj open.obj gone.obj c.obj scan.xyz -l 4";
     let tables = [1, 2].map(|threads| {
-        let output = desk.fit(&format!("{words} -o out{threads} -j {threads}"));
-        assert_eq!(code(&output), 3, "{}", stderr(&output));
-        let said = stderr(&output);
+        let output = desk.run(format!("{words} -o out{threads} -j {threads}"));
+        assert_eq!(output.code, 3, "{}", output.err);
+        let said = output.err;
         for word in [
             "error: rail.obj: the mesh is not star-shaped",
             "error: open.obj: the mesh does not enclose a volume",
@@ -338,7 +243,7 @@ fn many_meshes_are_fitted_into_a_folder_and_bad_ones_reported() {
         ] {
             assert!(said.contains(word), "`{word}` is missing in:\n{said}");
         }
-        assert!(stdout(&output).contains("not fitted |"), "{}", stdout(&output));
+        assert!(output.out.contains("not fitted |"), "{}", output.out);
         let table = desk.text(&format!("out{threads}/fits.csv"));
         assert_eq!(fs::read_dir(desk.path(&format!("out{threads}"))).expect("there").count(), 5);
         table
@@ -363,9 +268,9 @@ fn many_meshes_are_fitted_into_a_folder_and_bad_ones_reported() {
 
 #[test]
 fn many_meshes_answer_in_json_and_again() {
-    let desk = Desk::new();
-    desk.put("a.obj", &cube(1.0));
-    desk.put("b.obj", &cube(2.0));
+    let desk = desk();
+    desk.put("a.obj", cube(1.0));
+    desk.put("b.obj", cube(2.0));
     for _ in 0..2 {
         let report = desk.json("a.obj b.obj -l 2 -o out");
         assert_eq!(report["rows"][1]["name"], "b.obj");
@@ -379,10 +284,10 @@ fn many_meshes_answer_in_json_and_again() {
 
 #[test]
 fn many_meshes_replace_nothing_of_others_and_collide_not() {
-    let desk = Desk::new();
-    desk.put("a.obj", &cube(1.0));
+    let desk = desk();
+    desk.put("a.obj", cube(1.0));
     desk.put("a.xyz", "1 0 0\n");
-    desk.put("b.obj", &cube(2.0));
+    desk.put("b.obj", cube(2.0));
     desk.refused("a.obj a.xyz -l 0 -o out", &["a.obj and a.xyz would both be written to"]);
     fs::create_dir(desk.path("out")).expect("made");
     desk.put("out/b.txt", "mine");

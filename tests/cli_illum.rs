@@ -1,11 +1,12 @@
 //! Illuminance as a user meets it: groups with intervals, requirements, known values.
 
-use std::fs;
+mod common;
+
 use std::io::Write;
-use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
-use tempfile::TempDir;
+
+use common::desk::{Desk, Said};
 
 /// Sobolev's planes with sensors along a line, 64 walks.
 const PLANES: &str = r#"format = 1
@@ -33,52 +34,47 @@ stop = { walks = 64 }
 "#;
 
 /// A folder with `planes.toml`.
-struct Desk(TempDir);
+fn desk(more: &str) -> Desk {
+    Desk::new().with("planes.toml", format!("{PLANES}{more}"))
+}
 
-impl Desk {
-    fn new(more: &str) -> Self {
-        let desk = Self(tempfile::tempdir().expect("a folder"));
-        fs::write(desk.0.path().join("planes.toml"), format!("{PLANES}{more}")).expect("written");
-        desk
-    }
+/// Runs `harmolux illum` with these words more; gives its exit code and all it said.
+fn illum(desk: &Desk, words: &[&str]) -> (i32, String) {
+    desk.run([&["illum", "planes.toml"], words].concat()).all()
+}
 
-    /// Runs `harmolux illum` with these words more; gives its exit code and all it said.
-    fn illum(&self, words: &[&str]) -> (i32, String) {
-        let output = self.run(words);
-        let text = [output.stdout.as_slice(), &output.stderr].map(String::from_utf8_lossy).concat();
-        (output.status.code().unwrap_or(-1), text)
-    }
+fn json(desk: &Desk, words: &[&str]) -> Value {
+    desk.json([&["illum", "planes.toml"], words].concat())
+}
 
-    /// Runs `harmolux probe` with this input; gives its exit code and all it said.
-    fn probe(&self, words: &[&str], input: &str) -> (i32, String) {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
-        command.current_dir(self.0.path()).args(["probe", "planes.toml"]).args(words);
-        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = command.spawn().expect("it starts");
-        child.stdin.take().expect("piped").write_all(input.as_bytes()).expect("it reads");
-        let output = child.wait_with_output().expect("it ends");
-        let text = [output.stdout.as_slice(), &output.stderr].map(String::from_utf8_lossy).concat();
-        (output.status.code().unwrap_or(-1), text)
-    }
+/// Runs `harmolux probe` with this input; gives its exit code and all it said.
+fn probe(desk: &Desk, words: &[&str], input: &str) -> (i32, String) {
+    let mut child = desk.start([&["probe", "planes.toml"], words].concat());
+    child.stdin.take().expect("piped").write_all(input.as_bytes()).expect("it reads");
+    Said::of(&child.wait_with_output().expect("it ends")).all()
+}
 
-    fn json(&self, words: &[&str]) -> Value {
-        serde_json::from_slice(&self.run(&[words, &["--json"]].concat()).stdout).expect("JSON")
-    }
-
-    fn run(&self, words: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
-        command.current_dir(self.0.path()).args(["illum", "planes.toml"]).args(words);
-        command.output().expect("it starts")
-    }
+#[test]
+fn values_beyond_numbers_are_told_and_null_in_json() {
+    let desk = desk("");
+    let strong = ["-D", "lights.source.point.intensity=1e300"];
+    let (code, said) = illum(&desk, &strong);
+    assert!(code == 0 && said.contains("intervals, are beyond what numbers can hold"), "{said}");
+    let (code, said) = probe(&desk, &strong, "0 0 0.5  1 0 -1\n");
+    assert!(code == 0 && said.contains("intervals, are beyond what numbers can hold"), "{said}");
+    let row = &json(&desk, &strong)["rows"][0];
+    assert!(row["illuminance_lx"].is_f64() && row["half_width_95_lx"].is_null(), "{row}");
+    let (code, said) = illum(&desk, &["-D", "lights.source.point.intensity=1e308"]);
+    assert!(code == 3 && said.contains("light `source` has a flux that no number"), "{said}");
 }
 
 #[test]
 fn line_of_sensors_stands_beside_the_exact_solution() {
-    let desk = Desk::new("[compare]\nradius = \"sobolev\"\n");
-    let (code, said) = desk.illum(&[]);
+    let desk = desk("[compare]\nradius = \"sobolev\"\n");
+    let (code, said) = illum(&desk, &[]);
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("radius: 5 of 5 agree with the exact values"), "{said}");
-    let report = desk.json(&[]);
+    let report = json(&desk, &[]);
     let rows = report["rows"].as_array().expect("rows");
     let places: Vec<_> = rows.iter().map(|r| r["x_m"].as_f64()).collect();
     assert_eq!(places, [0.0, 0.25, 0.5, 0.75, 1.0].map(Some));
@@ -94,58 +90,58 @@ fn line_of_sensors_stands_beside_the_exact_solution() {
 
 #[test]
 fn lines_are_plotted_and_written() {
-    let desk = Desk::new("[compare]\nradius = \"sobolev\"\n");
-    let (code, said) = desk.illum(&["-o", "a.svg", "-o", "a.csv"]);
+    let desk = desk("[compare]\nradius = \"sobolev\"\n");
+    let (code, said) = illum(&desk, &["-o", "a.svg", "-o", "a.csv"]);
     assert_eq!(code, 0, "{said}");
-    let read = |name: &str| fs::read_to_string(desk.0.path().join(name)).expect("written");
+    let read = |name: &str| desk.text(name);
     assert!(read("a.svg").contains("radius, exact"));
     assert_eq!(read("a.csv").lines().count(), 6);
-    let (code, said) = desk.illum(&["-o", "a.jpg"]);
+    let (code, said) = illum(&desk, &["-o", "a.jpg"]);
     assert!(code == 3 && said.contains(".csv, .npy, .ply, .svg or .png"), "{said}");
     let line =
         "radius.line]\nfrom = [0, 0, 0]\nto = [1, 0, 0]\nnormal = [0, 0, 1]\nspacing = 0.25\n";
     let points = PLANES.replace(line, "foot.points]\nat = [[0, 0, 0]]\nnormal = [0, 0, 1]\n");
-    fs::write(desk.0.path().join("planes.toml"), points).expect("written");
-    let (code, said) = desk.illum(&["--plot"]);
+    desk.put("planes.toml", points);
+    let (code, said) = illum(&desk, &["--plot"]);
     assert!(code == 3 && said.contains("no line of sensors to plot"), "{said}");
 }
 
 #[test]
 fn wrong_known_values_are_found_out() {
-    let (code, said) = Desk::new("[compare]\nradius = [9, 9, 9, 9, 9]\n").illum(&[]);
+    let (code, said) = illum(&desk("[compare]\nradius = [9, 9, 9, 9, 9]\n"), &[]);
     assert_eq!(code, 4, "{said}");
     assert!(said.contains("NO") && said.contains("0 of 5 agree"), "{said}");
-    let (code, said) = Desk::new("[compare]\nradius = [9, 3]\n").illum(&[]);
+    let (code, said) = illum(&desk("[compare]\nradius = [9, 3]\n"), &[]);
     assert_eq!(code, 3, "{said}");
     assert!(said.contains("24:10: 2 values for the 5 sensors of `radius`"), "{said}");
     let lamp = "lights.spare.point={ at = [0, 0, 0.7], flux = 5 }";
-    let (code, said) = Desk::new("[compare]\nradius = \"sobolev\"\n").illum(&["-D", lamp]);
+    let (code, said) = illum(&desk("[compare]\nradius = \"sobolev\"\n"), &["-D", lamp]);
     assert!(code == 3 && said.contains("is not Sobolev's problem"), "{said}");
     let off = "sensors.radius.line.from=[0, 0, 0.1]";
-    let (code, said) = Desk::new("[compare]\nradius = \"sobolev\"\n").illum(&["-D", off]);
+    let (code, said) = illum(&desk("[compare]\nradius = \"sobolev\"\n"), &["-D", off]);
     assert!(code == 3 && said.contains("sensor 1 of `radius` is not on a plane"), "{said}");
-    let (code, said) = Desk::new("[compare]\nradius = \"cube\"\n").illum(&[]);
+    let (code, said) = illum(&desk("[compare]\nradius = \"cube\"\n"), &[]);
     assert_eq!(code, 3, "{said}");
     assert!(said.contains("24:10: the scene is not a cube with a lamp in its middle"), "{said}");
 }
 
 #[test]
 fn probe_marks_points_outside_the_room_and_refuses_those_in_a_lamp() {
-    let desk = Desk::new("");
+    let desk = desk("");
     let room = "{ min = [-1, -1, 0], max = [1, 1, 1], inward = true, material = \"half\" }";
-    let text = fs::read_to_string(desk.0.path().join("planes.toml")).expect("there");
+    let text = desk.text("planes.toml");
     let (before, after) = text.split_once("[objects.floor.plane]").expect("planes");
     let (_, after) = after.split_once("[lights").expect("lights");
     let text = format!("{before}[objects]\nroom.box = {room}\n[lights{after}");
-    fs::write(desk.0.path().join("planes.toml"), text).expect("written");
+    desk.put("planes.toml", text);
     let input = "0 0 0  0 0 1\n0 0 -0.5  0 0 1\n5 0 0  0 0 1\n";
-    let (code, said) = desk.probe(&["-I"], input);
+    let (code, said) = probe(&desk, &["-I"], input);
     let lines: Vec<&str> = said.lines().collect();
     assert_eq!((code, &lines[1..3]), (0, &["NaN\tbehind room"; 2][..]), "{said}");
     assert!(lines[0].starts_with(|c: char| c.is_ascii_digit()), "{said}");
     let words = "warning: 2 of 3 points are outside the room, or inside the object, `room` (the first is point 2); they measure nothing";
     assert!(said.contains(words), "{said}");
-    let (code, said) = desk.probe(&["-I", "--json"], input);
+    let (code, said) = probe(&desk, &["-I", "--json"], input);
     let rows: Value = serde_json::from_str(
         said.split("\n64 walks").next().unwrap_or("").split("\nwarning").next().unwrap_or(""),
     )
@@ -153,12 +149,12 @@ fn probe_marks_points_outside_the_room_and_refuses_those_in_a_lamp() {
     let rows = &rows["rows"];
     assert!(code == 0 && rows[1]["behind"] == "room" && rows[0]["behind"].is_null(), "{said}");
     assert!(rows[1]["value_lx"].is_null() && rows[0]["value_lx"].is_number(), "{said}");
-    let (code, said) = desk.probe(&[], input);
+    let (code, said) = probe(&desk, &[], input);
     assert!(
         code == 0 && said.contains("they see it from behind") && !said.contains("NaN"),
         "{said}"
     );
-    let (code, said) = desk.probe(&["-I"], "0 0 0  0 0 1\n0 0 0.5  0 0 1\n");
+    let (code, said) = probe(&desk, &["-I"], "0 0 0  0 0 1\n0 0 0.5  0 0 1\n");
     assert!(code == 3 && said.contains("stdin: point 2 is where light `source` is"), "{said}");
 }
 
@@ -168,7 +164,7 @@ fn walls_that_absorb_nothing_are_refused_with_the_reason() {
         ("materials.half.lambert.reflectance=1", "below 1"),
         ("materials.half.lambert.reflectance=1.5", "below 1"),
     ] {
-        let (code, said) = Desk::new("").illum(&["-D", value]);
+        let (code, said) = illum(&desk(""), &["-D", value]);
         assert!(code == 3 && said.contains(words) && said.contains("reflectance"), "{said}");
     }
 }
@@ -177,27 +173,27 @@ fn walls_that_absorb_nothing_are_refused_with_the_reason() {
 fn no_time_is_refused_and_too_little_ends_with_4_and_what_was_reached() {
     for time in ["0", "\"0s\"", "-1"] {
         let stop = format!("illum.stop={{ time = {time} }}");
-        let (code, said) = Desk::new("").illum(&["-D", &stop]);
+        let (code, said) = illum(&desk(""), &["-D", &stop]);
         assert!(code == 3 && said.contains("must be a time above 0"), "{said}");
     }
-    let desk = Desk::new("");
+    let desk = desk("");
     let stop = "illum.stop={ relative_error = 1e-6, time = 0.2 }";
-    let (code, said) = desk.illum(&["-D", stop, "-o", "lux.csv"]);
+    let (code, said) = illum(&desk, &["-D", stop, "-o", "lux.csv"]);
     assert_eq!(code, 4, "{said}");
     let told = said.split("target not met: the largest 95 % half width is ").nth(1).expect("said");
     let reached: f64 = told.split(' ').next().and_then(|x| x.parse().ok()).expect("a number");
     assert!(reached > 1e-4 && reached < 100.0, "{said}");
     assert!(told.contains("asked for 0.000100 %") && told.contains("allow more time"), "{said}");
-    let written = fs::read_to_string(desk.0.path().join("lux.csv")).expect("written");
+    let written = desk.text("lux.csv");
     assert_eq!(written.lines().count(), 6);
 }
 
 #[test]
 fn values_have_the_digits_that_their_intervals_justify() {
-    let desk = Desk::new("[compare]\nradius = \"sobolev\"\n");
+    let desk = desk("[compare]\nradius = \"sobolev\"\n");
     // Direct light is exact, and four times nothing is known of the rest with 64 walks and 2^18.
     let foot = |words: &[&str]| -> Vec<String> {
-        let (_, said) = desk.illum(words);
+        let (_, said) = illum(&desk, words);
         let row = said.lines().find(|line| line.starts_with("| 1 ")).expect("a row").to_owned();
         row.split('|').map(|cell| cell.trim().to_owned()).collect()
     };
@@ -215,7 +211,7 @@ fn values_have_the_digits_that_their_intervals_justify() {
 fn photons_straight_below_a_lamp_have_an_error() {
     let words =
         ["--estimator", "photon", "-D", "illum.radius=0.1", "-D", "illum.stop.walks=524288"];
-    let report = Desk::new("").json(&words);
+    let report = json(&desk(""), &words);
     let half_width = report["rows"][0]["half_width_95_lx"].as_f64().expect("a number");
     // Some 5000 photons of 4.5 lx: 1.4 % is one standard error.
     assert!(half_width > 0.02 && half_width < 0.5, "{report}");
@@ -223,22 +219,22 @@ fn photons_straight_below_a_lamp_have_an_error() {
 
 #[test]
 fn probe_answers_line_by_line() {
-    let desk = Desk::new("");
+    let desk = desk("");
     // The floor at the foot of the source, seen aslant: L = rho E / pi.
     let input = "# seen\n-1 0 1e-3  1 0 -1e-3\n0 0 0.25  0 1 0\n";
-    let (code, said) = desk.probe(&["-D", "illum.stop.walks=4096"], input);
+    let (code, said) = probe(&desk, &["-D", "illum.stop.walks=4096"], input);
     assert_eq!(code, 0, "{said}");
     let values: Vec<f64> =
         said.lines().filter_map(|line| line.split_once('\t')?.0.parse().ok()).collect();
     assert!((values[0] / (0.5 * 4.528_13 / std::f64::consts::PI) - 1.0).abs() <= 0.01, "{said}");
     assert_eq!(values[1..], [0.0], "{said}");
-    let (code, said) = desk.probe(&["-I", "--json"], "0 0 0  0 0 1\n");
+    let (code, said) = probe(&desk, &["-I", "--json"], "0 0 0  0 0 1\n");
     let rows: Value =
         serde_json::from_str(said.split("\n64 walks").next().unwrap_or("")).expect("JSON");
     assert!(code == 0 && rows["rows"][0]["direct_lx"] == 4.0, "{said}");
-    let (code, said) = desk.probe(&[], "# nothing\n");
-    assert!(code == 0 && said.starts_with("nothing is asked"), "{said}");
-    let (code, said) = desk.probe(&["-I"], "0 0 0  0 0 1\n0 0 zero\n");
+    let (code, said) = probe(&desk, &[], "# nothing\n");
+    assert!(code == 0 && said.starts_with("no ray was read"), "{said}");
+    let (code, said) = probe(&desk, &["-I"], "0 0 0  0 0 1\n0 0 zero\n");
     assert!(code == 3 && said.contains("stdin:2: "), "{said}");
 }
 
@@ -251,12 +247,12 @@ fn requirements_are_met_not_met_or_undecided() {
         ("least_min = 0.65", 4, "least >= 0.65: UNDECIDED"),
     ];
     for (require, expected, words) in cases {
-        let (code, said) = Desk::new(&format!("[require]\nradius = {{ {require} }}\n")).illum(&[]);
+        let (code, said) = illum(&desk(&format!("[require]\nradius = {{ {require} }}\n")), &[]);
         assert_eq!(code, expected, "{said}");
         assert!(said.contains(&format!("radius: required {words}")), "{said}");
     }
-    let desk = Desk::new("[require]\nradius = { mean_min = 1, mean_max = 1.5 }\n");
-    let group = &desk.json(&[])["groups"][0];
+    let desk = desk("[require]\nradius = { mean_min = 1, mean_max = 1.5 }\n");
+    let group = &json(&desk, &[])["groups"][0];
     let verdicts: Vec<_> = group["requirements"]
         .as_array()
         .expect("a list")
@@ -283,8 +279,8 @@ fn discs(more: &str) -> Desk {
         assert!(text.contains(from), "{from}");
         text.replace(from, to)
     });
-    let desk = Desk::new("");
-    fs::write(desk.0.path().join("planes.toml"), format!("{text}{more}")).expect("written");
+    let desk = desk("");
+    desk.put("planes.toml", format!("{text}{more}"));
     desk
 }
 
@@ -292,7 +288,7 @@ fn discs(more: &str) -> Desk {
 fn radiosity_claims_no_error() {
     let desk = discs("patches = 500\n[require]\nradius = { mean_min = 1, mean_max = 1.5 }\n");
     let words = ["--estimator", "radiosity", "-D", "illum.stop.relative_error=0.01"];
-    let (code, said) = desk.illum(&words);
+    let (code, said) = illum(&desk, &words);
     // 4 for what is required; a target error is no matter where none is known.
     assert_eq!(code, 4, "{said}");
     assert!(said.contains("| 4.525 |  -     |") || said.contains("- |"), "{said}");
@@ -300,7 +296,7 @@ fn radiosity_claims_no_error() {
     assert!(said.contains("mean <= 1.5: NOT MET by the value"), "{said}");
     assert!(said.contains("radiosity gives no error") && said.contains("506 patches"), "{said}");
     assert!(!said.contains("target not met") && !said.contains("NaN"), "{said}");
-    let report = desk.json(&words);
+    let report = json(&desk, &words);
     // The exact value for discs of radius 5 at the foot of the source.
     let row = &report["rows"][0];
     let found = row["illuminance_lx"].as_f64().expect("a number");
@@ -316,7 +312,7 @@ fn radiosity_claims_no_error() {
 #[test]
 fn known_values_stand_beside_radiosity_unjudged() {
     let desk = discs("[compare]\nradius = [4.5278, 3.3672, 1.86, 1.05, 0.6531]\n");
-    let (code, said) = desk.illum(&["--estimator", "radiosity", "--quick"]);
+    let (code, said) = illum(&desk, &["--estimator", "radiosity", "--quick"]);
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("not judged against the exact values, as no error is known"), "{said}");
 }
@@ -324,26 +320,26 @@ fn known_values_stand_beside_radiosity_unjudged() {
 #[test]
 fn every_estimator_has_a_name_in_the_scene_and_on_the_command_line() {
     for name in ["local", "path", "photon", "radiosity"] {
-        let (code, said) = discs("").illum(&["--estimator", name]);
+        let (code, said) = illum(&discs(""), &["--estimator", name]);
         assert_eq!(code, 0, "{name}: {said}");
         let in_scene = format!("illum.estimator={name}");
-        assert_eq!(discs("").illum(&["-D", &in_scene]).0, 0, "{name}");
+        assert_eq!(illum(&discs(""), &["-D", &in_scene]).0, 0, "{name}");
     }
-    let (code, said) = discs("").illum(&["--estimator", "radiosty"]);
+    let (code, said) = illum(&discs(""), &["--estimator", "radiosty"]);
     assert!(code == 2 && said.contains("radiosity"), "{said}");
 }
 
 #[test]
 fn what_a_baseline_cannot_do_is_said() {
-    let desk = Desk::new("");
-    let (code, said) = desk.illum(&["--estimator", "radiosity"]);
+    let desk = desk("");
+    let (code, said) = illum(&desk, &["--estimator", "radiosity"]);
     assert!(
         code == 3 && said.contains("is infinite") && said.contains("disc or a rectangle"),
         "{said}"
     );
-    let (code, said) = desk.illum(&["--estimator", "photon"]);
+    let (code, said) = illum(&desk, &["--estimator", "photon"]);
     assert!(code == 3 && said.contains("set `radius` in [illum]"), "{said}");
-    let (code, said) = desk.illum(&["--estimator", "photon", "-D", "illum.radius=0.1"]);
+    let (code, said) = illum(&desk, &["--estimator", "photon", "-D", "illum.radius=0.1"]);
     assert_eq!(code, 0, "{said}");
     for (value, words) in [
         ("illum.patches=0", "must be a whole number from 1 to 100000, found 0"),
@@ -351,7 +347,7 @@ fn what_a_baseline_cannot_do_is_said() {
         ("illum.radius=0", "must be above 0 and at most 1e9 metres, found 0"),
         ("illum.estimator=radiance", "radiance"),
     ] {
-        let (code, said) = desk.illum(&["-D", value]);
+        let (code, said) = illum(&desk, &["-D", value]);
         assert!(code == 3 && said.contains(words), "{value}: {said}");
     }
 }

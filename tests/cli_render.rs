@@ -1,11 +1,12 @@
-//! Pictures as a user meets them: runs that are killed and go on, and what is refused before a run.
+//! Pictures as a user meets them: runs that are killed and go on, runs that meet, and what is refused before a run.
+
+mod common;
 
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
-use tempfile::TempDir;
+use common::desk::{Desk, Said, assert_says};
 
 /// A room with a ball, a lamp and a small camera; pixels near the target rest.
 const ROOM: &str = r#"format = 1
@@ -34,44 +35,12 @@ checkpoint = 0.02
 stop = { relative_error = 0.02, walks = 8192 }
 "#;
 
-/// A folder with `room.toml`.
-struct Desk(TempDir);
+/// A stop after a moment.
+const SHORT: &str = "render.stop={ walks = 64 }";
 
-impl Desk {
-    fn new() -> Self {
-        let desk = Self(tempfile::tempdir().expect("a folder"));
-        fs::write(desk.path("room.toml"), ROOM).expect("written");
-        desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn bytes(&self, name: &str) -> Vec<u8> {
-        fs::read(self.path(name)).expect("there")
-    }
-
-    fn start(&self, words: &[&str]) -> Child {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_harmolux"));
-        command.current_dir(self.0.path()).args(["render", "room.toml"]).args(words);
-        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts")
-    }
-
-    fn run(&self, words: &[&str]) -> (i32, String) {
-        said(&self.start(words).wait_with_output().expect("it ends"))
-    }
-
-    fn refused(&self, words: &[&str], says: &[&str]) {
-        let (code, text) = self.run(words);
-        assert_eq!(code, 3, "{text}");
-        assert!(says.iter().all(|part| text.contains(part)), "{says:?}: {text}");
-    }
-}
-
-fn said(output: &Output) -> (i32, String) {
-    let text = [output.stdout.as_slice(), &output.stderr].map(String::from_utf8_lossy).concat();
-    (output.status.code().unwrap_or(-1), text)
+/// A folder with `room.toml`, which is rendered.
+fn desk() -> Desk {
+    Desk::of(&["render", "room.toml"]).with("room.toml", ROOM)
 }
 
 /// Waits until the run is over or `ready` says so; tells whether it is still on.
@@ -91,14 +60,17 @@ fn wait(child: &mut Child, ready: impl Fn() -> bool) -> bool {
 
 #[test]
 fn killed_runs_go_on_to_the_same_picture() {
-    let desk = Desk::new();
-    desk.run(&["-o", "whole.exr"]);
+    let desk = desk();
+    desk.run(["-o", "whole.exr"]);
     let mut kills = 0;
     let mut words = vec!["-o", "a.exr"];
     for _ in 0..3 {
         let mut child = desk.start(&words);
         let before = fs::read(desk.path("a.checkpoint")).ok();
-        let moved = || fs::read(desk.path("a.checkpoint")).ok() != before;
+        let moved = || {
+            let now = fs::read(desk.path("a.checkpoint")).ok();
+            now.as_ref().is_some_and(|bytes| !bytes.is_empty()) && now != before
+        };
         if !wait(&mut child, moved) {
             break;
         }
@@ -109,8 +81,8 @@ fn killed_runs_go_on_to_the_same_picture() {
         words = vec!["-o", "a.exr", "--resume"];
     }
     assert!(kills > 0, "the run was over before its first checkpoint");
-    let (_, text) = desk.run(&words);
-    assert!(text.contains("going on after"), "{text}");
+    let said = desk.run(&words);
+    assert_says(&said.err, &["going on after"]);
     assert!(desk.bytes("a.exr") == desk.bytes("whole.exr"), "after {kills} kills");
     assert!(!desk.path("a.checkpoint").exists(), "an unnamed checkpoint stays");
 }
@@ -118,62 +90,104 @@ fn killed_runs_go_on_to_the_same_picture() {
 #[cfg(unix)]
 #[test]
 fn terminated_run_saves_and_goes_on() {
-    let desk = Desk::new();
-    desk.run(&["-o", "whole.exr"]);
-    let mut child = desk.start(&["-o", "a.exr"]);
+    let desk = desk();
+    desk.run(["-o", "whole.exr"]);
+    let mut child = desk.start(["-o", "a.exr"]);
     assert!(wait(&mut child, || desk.path("a.checkpoint").exists()), "over too soon");
     let id = child.id().to_string();
     assert!(Command::new("kill").args(["-TERM", &id]).status().expect("it runs").success());
-    let (code, text) = said(&child.wait_with_output().expect("it ends"));
-    assert_eq!(code, 130, "{text}");
-    assert!(text.contains("--resume=a.checkpoint"), "{text}");
+    let said = Said::of(&child.wait_with_output().expect("it ends"));
+    assert_eq!(said.code, 130, "{}", said.err);
+    assert_says(&said.err, &["--resume=a.checkpoint"]);
     assert!(!desk.bytes("a.exr").is_empty());
-    desk.run(&["-o", "a.exr", "--resume=a.checkpoint"]);
+    desk.run(["-o", "a.exr", "--resume=a.checkpoint"]);
     assert!(desk.bytes("a.exr") == desk.bytes("whole.exr"));
 }
 
 #[test]
+fn two_runs_never_share_a_checkpoint_and_a_killed_one_leaves_it_free() {
+    let desk = desk();
+    let long = ["-o", "a.exr", "-D", "render.stop={ time = 60 }", "-D", "render.checkpoint=60"];
+    let mut first = desk.start(long);
+    assert!(wait(&mut first, || desk.path("a.checkpoint").exists()), "over too soon");
+    let words = ["a.checkpoint: another run is under way", "wait until it ends"];
+    for more in [&[][..], &["--resume"], &["--force"]] {
+        desk.refused([&["-o", "a.exr"][..], more].concat(), &words);
+    }
+    desk.done(["-o", "b.exr", "-D", SHORT]);
+    first.kill().expect("killed");
+    first.wait().expect("it ends");
+    // It was killed before it saved anything: the next run begins anew, asked to go on or not.
+    let said = desk.done(["-o", "a.exr", "-D", SHORT, "--resume"]);
+    assert_says(&said.err, &["a.checkpoint holds nothing yet: beginning anew"]);
+    desk.put("a.checkpoint", "");
+    desk.done(["-o", "a.exr", "-D", SHORT]);
+    assert!(desk.bytes("a.exr") == desk.bytes("b.exr"));
+    assert_eq!(desk.content().len(), 3, "{:?}", desk.content().keys());
+}
+
+#[test]
+fn what_a_killed_run_left_unfinished_is_removed_by_the_next() {
+    let desk = desk().with("a.unfinished.exr", "half of a picture");
+    desk.put("b.unfinished.exr", "half of another");
+    desk.done(["-o", "a.exr", "-D", SHORT]);
+    let left = ["a", "b"].map(|n| desk.path(&format!("{n}.unfinished.exr")).exists());
+    assert_eq!(left, [false, true]);
+}
+
+#[test]
 fn complete_run_takes_more_walks() {
-    let desk = Desk::new();
+    let desk = desk();
     let stop = |walks| format!("render.stop={{ walks = {walks} }}");
-    desk.run(&["-o", "whole.exr", "-D", &stop(2048)]);
+    desk.run(["-o", "whole.exr", "-D", &stop(2048)]);
     let first = ["-o", "a.exr", "--checkpoint", "kept.checkpoint", "-D", &stop(800)];
-    assert_eq!(desk.run(&first).0, 0);
+    desk.done(first);
     assert!(desk.bytes("a.exr") != desk.bytes("whole.exr"));
     let more = ["-o", "a.exr", "--resume=kept.checkpoint", "-D", &stop(2048)];
-    assert_eq!(desk.run(&more).0, 0);
+    desk.done(more);
     assert!(desk.bytes("a.exr") == desk.bytes("whole.exr"));
     assert!(desk.path("kept.checkpoint").exists(), "a named checkpoint goes");
 }
 
 #[test]
 fn checkpoints_of_other_runs_are_refused_with_the_difference() {
-    let desk = Desk::new();
-    let short = ["-o", "a.exr", "-D", "render.stop={ walks = 64 }"];
-    desk.run(&[&short[..], &["--checkpoint", "k.checkpoint"]].concat());
+    let desk = desk();
+    let short = ["-o", "a.exr", "-D", SHORT];
+    desk.run([&short[..], &["--checkpoint", "k.checkpoint"]].concat());
     let resumed = |more: [&str; 2], says: &[&str]| {
-        desk.refused(&[&short[..], &["--resume=k.checkpoint"], &more].concat(), says);
+        desk.refused([&short[..], &["--resume=k.checkpoint"], &more].concat(), says);
     };
     resumed(["--seed", "7"], &["another run: seed was `0`, is `7`", "help: "]);
     resumed(["--size", "10x8"], &["size was `12 x 8`, is `10 x 8`"]);
     resumed(
         ["-D", "materials.grey.lambert.reflectance=0.5"],
-        &["materials.grey was", "0.6", "0.5"],
+        &["materials.grey.lambert.reflectance was `0.6`, is `0.5`"],
     );
-    resumed(["-D", "objects.ball.sphere.radius=0.5"], &["objects.ball was", "0.7", "0.5"]);
-    resumed(["-D", "cameras.main.perspective.fov=50"], &["the camera was"]);
+    resumed(
+        ["-D", "objects.ball.sphere.radius=0.5"],
+        &["objects.ball.sphere.radius was `0.7`, is `0.5`"],
+    );
+    resumed(
+        ["-D", "cameras.main.perspective.fov=50"],
+        &["cameras.main.perspective.fov was `60`, is `50`"],
+    );
+    resumed(["--crop", "0,0,6,8"], &["the crop was `0,0,12,8`, is `0,0,6,8`"]);
+    let other = "cameras.other.panorama={ from = [2, 2, 2], resolution = [12, 8] }";
+    resumed(["--camera=other", &format!("-D{other}")], &["the camera was `main`, is `other`"]);
     resumed(["-D", "render.estimator=double-local"], &["the estimator was `path`"]);
-    desk.refused(&["--resume=none.checkpoint"], &["none.checkpoint: cannot read"]);
+    desk.refused(["--resume=none.checkpoint"], &["none.checkpoint: cannot read"]);
     fs::write(desk.path("k.checkpoint"), b"a picture of a cat").expect("written");
-    desk.refused(&["--resume=k.checkpoint"], &["k.checkpoint", "not written by this program"]);
+    desk.refused(["--resume=k.checkpoint"], &["k.checkpoint", "not written by this program"]);
 }
 
 #[test]
 fn what_cannot_be_written_or_held_is_refused_before_the_run() {
-    let desk = Desk::new();
-    desk.refused(&["--checkpoint", "a.state"], &["a.state: a checkpoint needs the extension"]);
-    desk.refused(&["--checkpoint", "none/a.checkpoint"], &["there is no folder none"]);
-    desk.refused(&["--size", "60000x60000"], &["60000 x 60000 pixels is beyond memory"]);
+    let desk = desk();
+    desk.refused(["--checkpoint", "a.state"], &["a.state: a checkpoint needs the extension"]);
+    desk.refused(["--checkpoint", "none/a.checkpoint"], &["there is no folder none"]);
+    desk.refused(["--size", "60000x60000"], &["60000 x 60000 pixels is beyond memory"]);
     let zero = ["-D", "cameras.main.perspective.resolution=[0, 8]"];
-    desk.refused(&zero, &["resolution"]);
+    desk.refused(zero, &["resolution"]);
+    desk.refused(["-o", "a.jpg"], &["a.jpg: ", "name a file .png or .exr"]);
+    desk.refused(["--layers", "none,depth"], &["--layers none,depth: `none` stands alone"]);
 }

@@ -1,64 +1,32 @@
 //! The verbs that make shapes of shapes, and of chance, as a user meets them: `transform`, `mean`, `random`.
 
+mod common;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use glam::DVec3;
 use harmolux::io::coefficients::{self, Shape, shtools_text};
 use harmolux::sh::{Coefficients, Convention, Series, Solid, Spectrum, mirrored, volume};
 use serde_json::Value;
-use tempfile::TempDir;
 
-/// A folder to work in.
-struct Desk(TempDir);
+use common::desk::{Desk, assert_says};
 
-impl Desk {
-    /// A folder with `lump.txt`.
-    fn new() -> Self {
-        let desk = Self(tempfile::tempdir().expect("a folder"));
-        desk.put("lump.txt", &lump());
-        desk
-    }
+/// A folder with `lump.txt`.
+fn desk() -> Desk {
+    Desk::new().with("lump.txt", written(&lump()))
+}
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
+fn written(shape: &Shape) -> Vec<u8> {
+    shtools_text::write(shape, Convention::default()).expect("low degree")
+}
 
-    fn put(&self, name: &str, shape: &Shape) {
-        let bytes = shtools_text::write(shape, Convention::default()).expect("low degree");
-        fs::write(self.path(name), bytes).expect("written");
-    }
+fn shape(desk: &Desk, name: &str) -> Shape {
+    coefficients::read(&desk.path(name), &coefficients::ReadOptions::default()).expect("a shape")
+}
 
-    fn shape(&self, name: &str) -> Shape {
-        coefficients::read(&self.path(name), &coefficients::ReadOptions::default())
-            .expect("a shape")
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_harmolux"))
-            .args(arguments)
-            .current_dir(self.0.path())
-            .output()
-            .expect("the tool runs")
-    }
-
-    /// Runs the tool, which must succeed, and reads the JSON it prints.
-    fn json(&self, arguments: &[&str]) -> Value {
-        let output = self.run(&[arguments, &["--json"]].concat());
-        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-        serde_json::from_slice(&output.stdout).expect("JSON")
-    }
-
-    /// Runs the tool, which must fail with this code and say these words.
-    fn refused(&self, code: i32, arguments: &[&str], words: &[&str]) {
-        let output = self.run(arguments);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-        for word in words {
-            assert!(said.contains(word), "`{word}` is missing in:\n{said}");
-        }
-    }
+/// Runs the tool, which must end with this code and say these words.
+fn refused(desk: &Desk, code: i32, words: &[&str], says: &[&str]) {
+    assert_says(&desk.ends(code, words).err, says);
 }
 
 /// A body of degree 6 without any symmetry, its expansion centre off the origin.
@@ -84,7 +52,7 @@ fn number(value: &Value) -> f64 {
 
 #[test]
 fn turns_of_each_kind_agree() {
-    let desk = Desk::new();
+    let desk = desk();
     // A third of a turn about (1, 1, 1): x goes to y, y to z, z to x.
     for (i, turn) in [
         &["--axis", "1,1,1", "--angle", "120"][..],
@@ -96,9 +64,9 @@ fn turns_of_each_kind_agree() {
     .enumerate()
     {
         let out = format!("turned-{i}.txt");
-        let said = desk.json(&[&["transform", "lump.txt", "-o", &out], turn].concat());
+        let said = desk.json([&["transform", "lump.txt", "-o", &out], turn].concat());
         assert!((number(&said["rotation"][1][0]) - 1.0).abs() <= 1e-14, "{said}");
-        let turned = desk.shape(&out);
+        let turned = shape(&desk, &out);
         assert!((turned.centre - DVec3::new(3.0, 1.0, 2.0)).length() <= 1e-14);
         let w = DVec3::new(0.6, 0.0, 0.8);
         let there = value(&turned, DVec3::new(w.z, w.x, w.y));
@@ -108,11 +76,11 @@ fn turns_of_each_kind_agree() {
 
 #[test]
 fn steps_are_taken_in_the_documented_order() {
-    let desk = Desk::new();
+    let desk = desk();
     let steps = ["--to-origin", "--scale", "2", "--mirror", "x", "-l", "4"];
-    desk.json(&[&["transform", "lump.txt", "-o", "out.txt"][..], &steps].concat());
+    desk.json([&["transform", "lump.txt", "-o", "out.txt"][..], &steps].concat());
     let expected = mirrored(&lump().coefficients.truncated(4), harmolux::sh::Axis::X).scaled(2.0);
-    let out = desk.shape("out.txt");
+    let out = shape(&desk, "out.txt");
     assert_eq!((out.centre, out.truncated_from), (DVec3::ZERO, Some(6)));
     for l in 0..=4 {
         for m in 0..=l {
@@ -125,13 +93,13 @@ fn steps_are_taken_in_the_documented_order() {
 
 #[test]
 fn rocks_are_brought_into_a_standard_position() {
-    let desk = Desk::new();
+    let desk = desk();
     let steps = ["-l", "24", "--recentre", "centroid", "--align", "--to-origin"];
-    let said = desk.json(&[&["transform", "lump.txt", "-o", "out.txt"][..], &steps].concat());
+    let said = desk.json([&["transform", "lump.txt", "-o", "out.txt"][..], &steps].concat());
     assert_eq!(said["aligned"]["axes"], "three axes");
     let rms = number(&said["recentred"]["rms"]);
     assert!(rms <= 1e-6, "{rms}");
-    let solid = Solid::of(&desk.shape("out.txt").coefficients).expect("valid");
+    let solid = Solid::of(&shape(&desk, "out.txt").coefficients).expect("valid");
     let first = volume(&lump().coefficients).expect("valid");
     // |dV| <= 4 pi R^2 rms with R = 2 above all radii; the file keeps 17 digits.
     assert!((solid.volume - first).abs() <= 16.0 * std::f64::consts::PI * rms + 1e-12);
@@ -143,89 +111,89 @@ fn rocks_are_brought_into_a_standard_position() {
 
 #[test]
 fn bad_transforms_are_refused_and_write_nothing() {
-    let desk = Desk::new();
+    let desk = desk();
     fs::write(desk.path("foreign.txt"), "a poem").expect("written");
     let to = |out: &'static str| ["transform", "lump.txt", "-o", out];
     let with = |rest: &[&'static str]| [&to("out.txt")[..], rest].concat();
-    desk.refused(3, &with(&["--recentre", "9,9,9"]), &["lump.txt", "star-shaped", "theta = "]);
-    desk.refused(3, &with(&["--scale", "0"]), &["scale"]);
-    desk.refused(3, &with(&["--axis", "0,0,0", "--angle", "1"]), &["axis"]);
-    desk.refused(2, &with(&["--matrix", "1,0,0,0,1,0,0,0,-1"]), &["determinant"]);
-    desk.refused(2, &with(&["--matrix", "1,0,0,0,1,0,0,0,2"]), &["no rotation"]);
-    desk.refused(2, &with(&["--quaternion", "0,0,0,0"]), &["not zero"]);
-    desk.refused(2, &with(&["--euler", "1,2"]), &["3 numbers"]);
-    desk.refused(2, &with(&["--recentre", "middle"]), &["centroid"]);
-    desk.refused(2, &with(&["--align", "--euler", "1,2,3"]), &["cannot be used with"]);
-    desk.refused(2, &with(&["--axis", "0,0,1"]), &["--angle"]);
-    desk.refused(3, &to("foreign.txt"), &["--force"]);
-    desk.refused(3, &["transform", "none.txt", "-o", "out.txt"], &["none.txt"]);
+    refused(&desk, 3, &with(&["--recentre", "9,9,9"]), &["lump.txt", "star-shaped", "theta = "]);
+    refused(&desk, 3, &with(&["--scale", "0"]), &["scale"]);
+    refused(&desk, 3, &with(&["--axis", "0,0,0", "--angle", "1"]), &["axis"]);
+    refused(&desk, 2, &with(&["--matrix", "1,0,0,0,1,0,0,0,-1"]), &["determinant"]);
+    refused(&desk, 2, &with(&["--matrix", "1,0,0,0,1,0,0,0,2"]), &["no rotation"]);
+    refused(&desk, 2, &with(&["--quaternion", "0,0,0,0"]), &["not zero"]);
+    refused(&desk, 2, &with(&["--euler", "1,2"]), &["3 numbers"]);
+    refused(&desk, 2, &with(&["--recentre", "middle"]), &["centroid"]);
+    refused(&desk, 2, &with(&["--align", "--euler", "1,2,3"]), &["cannot be used with"]);
+    refused(&desk, 2, &with(&["--axis", "0,0,1"]), &["--angle"]);
+    refused(&desk, 3, &to("foreign.txt"), &["--force"]);
+    refused(&desk, 3, &["transform", "none.txt", "-o", "out.txt"], &["none.txt"]);
     assert!(!desk.path("out.txt").exists());
     assert_eq!(fs::read(desk.path("foreign.txt")).expect("there"), b"a poem");
 }
 
 #[test]
 fn shape_without_a_positive_radius_is_not_aligned() {
-    let desk = Desk::new();
+    let desk = desk();
     let mut c = Coefficients::zeros(1);
     c.set(0, 0, 1.0, 0.0);
     c.set(1, 0, 2.0, 0.0);
-    desk.put("bad.txt", &Shape::new(c));
+    desk.put("bad.txt", written(&Shape::new(c)));
     let align = ["transform", "bad.txt", "-o", "out.txt", "--align"];
-    desk.refused(3, &align, &["bad.txt", "positive in every direction"]);
+    refused(&desk, 3, &align, &["bad.txt", "positive in every direction"]);
     // Turning it is well defined.
-    desk.json(&["transform", "bad.txt", "-o", "out.txt", "--mirror", "z"]);
-    assert_eq!(desk.shape("out.txt").coefficients.get(1, 0).0, -2.0);
+    desk.json(["transform", "bad.txt", "-o", "out.txt", "--mirror", "z"]);
+    assert_eq!(shape(&desk, "out.txt").coefficients.get(1, 0).0, -2.0);
 }
 
 #[test]
 fn mean_of_a_shape_and_its_mirror_image_is_symmetric() {
-    let desk = Desk::new();
-    desk.json(&["transform", "lump.txt", "-o", "twin.txt", "--mirror", "y"]);
-    let said = desk.json(&["mean", "lump.txt", "twin.txt", "-o", "mean.txt"]);
-    let mean = desk.shape("mean.txt");
+    let desk = desk();
+    desk.json(["transform", "lump.txt", "-o", "twin.txt", "--mirror", "y"]);
+    let said = desk.json(["mean", "lump.txt", "twin.txt", "-o", "mean.txt"]);
+    let mean = shape(&desk, "mean.txt");
     assert!(mean.coefficients.sines().iter().all(|b| *b == 0.0));
     assert_eq!(mean.centre, DVec3::new(1.0, 0.0, 3.0));
     let [first, second] = [0, 1].map(|i| number(&said["distances"][i]["rms"]));
     assert!((first - second).abs() <= 1e-15 && first > 0.01);
     // Of two the sample deviation is sqrt 2 times the distance from the mean.
     assert!((number(&said["scatter"]) - 2.0_f64.sqrt() * first).abs() <= 1e-14);
-    let table = desk.run(&["mean", "lump.txt", "twin.txt", "-o", "mean.txt"]);
-    assert!(String::from_utf8_lossy(&table.stdout).contains("| twin.txt |"));
+    let table = desk.run(["mean", "lump.txt", "twin.txt", "-o", "mean.txt"]);
+    assert!(table.out.contains("| twin.txt |"));
 }
 
 #[test]
 fn weights_count_and_must_fit() {
-    let desk = Desk::new();
+    let desk = desk();
     let mut c = Coefficients::zeros(0);
     c.set(0, 0, 3.0, 0.0);
-    desk.put("ball.txt", &Shape::new(c));
+    desk.put("ball.txt", written(&Shape::new(c)));
     let base = ["mean", "lump.txt", "ball.txt", "-o", "mean.txt", "--weights"];
-    let said = desk.json(&[&base[..], &["3,1"]].concat());
+    let said = desk.json([&base[..], &["3,1"]].concat());
     assert!((number(&said["mean_radius"]) - 1.5).abs() <= 1e-15);
     assert_eq!((&said["degree"], &said["scatter"]), (&Value::from(6), &Value::Null));
     fs::remove_file(desk.path("mean.txt")).expect("written before");
-    desk.refused(3, &[&base[..], &["1"]].concat(), &["2 shapes need 2 weights"]);
-    desk.refused(3, &[&base[..], &["1,0"]].concat(), &["positive", "number 2"]);
-    desk.refused(2, &["mean", "-o", "mean.txt"], &["SHAPES"]);
+    refused(&desk, 3, &[&base[..], &["1"]].concat(), &["2 shapes need 2 weights"]);
+    refused(&desk, 3, &[&base[..], &["1,0"]].concat(), &["positive", "number 2"]);
+    refused(&desk, 2, &["mean", "-o", "mean.txt"], &["SHAPES"]);
     assert!(!desk.path("mean.txt").exists());
 }
 
 #[test]
 fn random_shapes_depend_on_their_seed_alone() {
-    let desk = Desk::new();
+    let desk = desk();
     let law = ["random", "--gaussian-sphere", "sigma=0.15,nu=4", "-l", "12"];
-    desk.json(&[&law[..], &["--count", "3", "--seed", "5", "-o", "rocks"]].concat());
-    desk.json(&[&law[..], &["--seed", "6", "-j", "1", "-o", "six.txt"]].concat());
-    assert_eq!(desk.shape("rocks/6.txt"), desk.shape("six.txt"));
-    assert_ne!(desk.shape("rocks/7.txt"), desk.shape("six.txt"));
+    desk.json([&law[..], &["--count", "3", "--seed", "5", "-o", "rocks"]].concat());
+    desk.json([&law[..], &["--seed", "6", "-j", "1", "-o", "six.txt"]].concat());
+    assert_eq!(shape(&desk, "rocks/6.txt"), shape(&desk, "six.txt"));
+    assert_ne!(shape(&desk, "rocks/7.txt"), shape(&desk, "six.txt"));
     assert_eq!(fs::read_dir(desk.path("rocks")).expect("made").count(), 3);
 }
 
 #[test]
 fn spectra_of_shapes_and_tables_give_strangers() {
-    let desk = Desk::new();
-    let said = desk.json(&["random", "--spectrum", "lump.txt", "--seed", "3", "-o", "other.txt"]);
-    let (lump, other) = (lump(), desk.shape("other.txt"));
+    let desk = desk();
+    let said = desk.json(["random", "--spectrum", "lump.txt", "--seed", "3", "-o", "other.txt"]);
+    let (lump, other) = (lump(), shape(&desk, "other.txt"));
     assert!((other.coefficients.mean() - 1.0).abs() <= 1e-15);
     assert_eq!(other.coefficients.lmax(), 6);
     assert_ne!(lump.coefficients, other.coefficients);
@@ -233,23 +201,23 @@ fn spectra_of_shapes_and_tables_give_strangers() {
     assert!((number(&said["shapes"][0]["deviation"]) - deviation).abs() <= 1e-14);
 
     // The table that `spectrum` writes is read back: the same body.
-    desk.json(&["spectrum", "lump.txt", "-o", "lump.csv"]);
-    desk.json(&["random", "--spectrum", "lump.csv", "--seed", "3", "-o", "same.txt"]);
-    let same = desk.shape("same.txt").coefficients;
+    desk.json(["spectrum", "lump.txt", "-o", "lump.csv"]);
+    desk.json(["random", "--spectrum", "lump.csv", "--seed", "3", "-o", "same.txt"]);
+    let same = shape(&desk, "same.txt").coefficients;
     assert!((same.get(3, 2).0 - other.coefficients.get(3, 2).0).abs() <= 1e-14);
 
     fs::write(desk.path("s.csv"), "degree,power\n2,0.001\n3,0.002\n").expect("written");
-    desk.json(&["random", "--spectrum", "s.csv", "--radius", "2", "-l", "5", "-o", "out.txt"]);
-    let out = desk.shape("out.txt").coefficients;
+    desk.json(["random", "--spectrum", "s.csv", "--radius", "2", "-l", "5", "-o", "out.txt"]);
+    let out = shape(&desk, "out.txt").coefficients;
     assert_eq!((out.lmax(), out.get(1, 1), out.get(4, 2)), (5, (0.0, 0.0), (0.0, 0.0)));
     assert!((out.mean() - 2.0).abs() <= 1e-15);
 }
 
 #[test]
 fn bad_laws_are_refused_and_leave_no_folder() {
-    let desk = Desk::new();
+    let desk = desk();
     let refused = |code, law: &[&str], words: &[&str]| {
-        desk.refused(code, &[&["random", "-l", "8", "-o", "out.txt"][..], law].concat(), words);
+        refused(&desk, code, &[&["random", "-l", "8", "-o", "out.txt"][..], law].concat(), words);
     };
     refused(3, &["--gaussian-sphere", "sigma=0.2"], &["`nu` is missing"]);
     refused(3, &["--gaussian-sphere", "sigma=0.2,nu=3,mu=1"], &["no setting `mu`", "first"]);
@@ -265,6 +233,6 @@ fn bad_laws_are_refused_and_leave_no_folder() {
     refused(3, &["--spectrum", "none.csv"], &["none.csv"]);
     assert!(!desk.path("out.txt").exists());
     let many = ["random", "--gaussian-sphere", "sigma=-1,nu=3", "--count", "3", "-o", "rocks"];
-    desk.refused(3, &many, &["within 0 to 10"]);
-    assert!(!Path::new(&desk.path("rocks")).exists());
+    desk.refused(many, &["within 0 to 10"]);
+    assert!(!desk.path("rocks").exists());
 }

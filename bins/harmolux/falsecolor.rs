@@ -31,7 +31,8 @@ const ILLUMINANCE: &str = "illuminance_lx";
 /// An EXR picture, as `render` writes it, becomes the same picture in colours that stand for cd/m2. A CSV table, as `illum` writes it, becomes the isolux
 /// picture of a grid of sensors on whatever plane: each sensor a cell with its value, lines of equal illuminance with theirs, axes in metres; sensors behind
 /// objects are hatched and do not count. The scale is linear from 0 (of a grid whose least value is above half of the largest, from there) to a
-/// round number above the largest value, or of a picture above 99.5 % of the pixels; where values are beyond it, its legend has a tip. What is not finite is magenta.
+/// round number above the largest value, or of a picture above 99.5 % of the pixels; where values are beyond it, its legend has a tip. What is not finite is magenta;
+/// a depth without end, where there is nothing, is grey.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux falsecolor view.exr -o view_cd.png                  0 to what 99.5 % of the pixels have
@@ -76,8 +77,8 @@ pub(crate) struct ScaleArguments {
     /// The value of the first colour
     #[arg(long, value_name = "MIN", conflicts_with = "log", allow_negative_numbers = true)]
     pub(crate) min: Option<f64>,
-    /// A logarithmic scale of so many decades below its end
-    #[arg(long, value_name = "DECADES")]
+    /// A logarithmic scale of so many decades below its end: above 0 and at most 30
+    #[arg(long, value_name = "DECADES", allow_negative_numbers = true)]
     pub(crate) log: Option<f64>,
     /// Divide the scale into so many equal parts [default: at round values]
     #[arg(short = 'n', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
@@ -171,7 +172,8 @@ impl Shown {
         }
         let values = channel(verb, exr)?;
         // The unit of the file is that of light; the other layers of `render` have their own.
-        let shape = match verb.channel.as_deref().and_then(|name| name.split('.').next()) {
+        let layer = verb.channel.as_deref().and_then(|name| name.split('.').next());
+        let shape = match layer {
             Some("depth") => Some("m"),
             Some("id" | "normal" | "albedo") => Some(""),
             _ => None,
@@ -186,7 +188,10 @@ impl Shown {
         let scale = verb.scale.wish().fitted(&values, COVER)?;
         let (width, height) = (exr.width(), exr.height());
         let picture = FalseColour::new(width, height, values.clone(), scale.clone(), &unit)?;
-        let picture = picture.with_lines(verb.lines).with_extremes(verb.points);
+        let picture = picture
+            .with_lines(verb.lines)
+            .with_extremes(verb.points)
+            .with_endless(layer == Some("depth"));
         let subject = ("picture", format!("{width} x {height}"));
         Ok(Self { drawing: Drawing::Picture { picture, width }, subject, scale, unit, values })
     }
@@ -238,6 +243,14 @@ impl Shown {
         }
     }
 
+    /// Counts the pixels that show nothing.
+    fn nothing(&self) -> usize {
+        match &self.drawing {
+            Drawing::Picture { picture, .. } => picture.nothing(),
+            Drawing::Grid { .. } => 0,
+        }
+    }
+
     /// Gives where a value is: a pixel from the top left, counted from 0, or a point, metres.
     fn place(&self, place: usize) -> Vec<f64> {
         match &self.drawing {
@@ -265,7 +278,11 @@ impl Shown {
             }
         }
         let [below, above] = self.scale.outside(&self.values);
-        for (name, count) in [("below the scale", below), ("above the scale", above)] {
+        for (name, count) in [
+            ("below the scale", below),
+            ("above the scale", above),
+            ("nothing there", self.nothing()),
+        ] {
             if count > 0 {
                 let share = say::percent(count as f64 / self.values.len() as f64);
                 lines.push((name, format!("{count}, {share}")));
@@ -292,6 +309,7 @@ impl Shown {
             "least": extreme(tally.least),
             "largest": extreme(tally.largest),
             "not_finite": tally.not_finite,
+            "nothing": self.nothing(),
             "below": below,
             "above": above,
             "written": outputs,

@@ -207,9 +207,22 @@ pub(crate) fn run(survey: &Survey) {
             say::percent(survey.caustic)
         ));
     }
-    if let Some(warning) = spoilt(survey) {
+    for warning in [spoilt(survey), unbounded(survey)].into_iter().flatten() {
         say::warning(&warning);
     }
+}
+
+/// Says how many values, or their errors, are beyond what numbers can hold, if any.
+fn unbounded(survey: &Survey) -> Option<String> {
+    let known = |e: &Estimate| e.standard_error.is_finite() || survey.radiosity.is_some();
+    let holds = |e: &Estimate| e.mean.is_finite() && known(e);
+    let count = survey.results.iter().filter(|r| !holds(&r.total)).count();
+    (count > 0).then(|| {
+        format!(
+            "{count} of {} values, or their intervals, are beyond what numbers can hold; what is infinite is null in JSON; see the strength of the lamps",
+            survey.results.len()
+        )
+    })
 }
 
 /// Says how many samples were not finite, if any.
@@ -305,6 +318,17 @@ mod tests {
             caustic: 0.0,
             elapsed: std::time::Duration::ZERO,
             radiosity: None,
+        }
+    }
+
+    #[test]
+    fn values_and_intervals_beyond_numbers_are_told() {
+        assert_eq!(unbounded(&survey(0)), None);
+        for (mean, standard_error) in [(3e299, f64::INFINITY), (f64::INFINITY, f64::NAN)] {
+            let mut survey = survey(0);
+            survey.results[0].total = Estimate { mean, standard_error, replicates: 32 };
+            let told = unbounded(&survey).expect("infinite");
+            assert!(told.starts_with("1 of 1 values, or their intervals, are beyond"), "{told}");
         }
     }
 

@@ -22,8 +22,10 @@ use super::{illum_report, interrupt, say};
 
 /// Measure luminance, cd/m2, along rays given on stdin, or illuminance, lx, at points
 ///
-/// Each line of stdin is a point and a direction: x y z dx dy dz. Each gives one line on stdout, in the same order: the value and its 95 % half width.
+/// Each line of stdin is a point and a direction: x y z dx dy dz. Each gives one line on stdout, in the same order: the value and its 95 % half width, with a tab
+/// between. The value has seven digits, for programs that go on from there; the half width says how many of them are known.
 /// With -I, a point outside the room or inside an object measures nothing; its line says NaN and behind what it is.
+/// Without any line nothing is measured: that is said on stderr, and the exit code is 0.
 /// All are served by the same walks, so that answers come when the input ends; [illum] of the scene says how and when to stop.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -45,7 +47,7 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     let loaded = load_scene(&file)?;
     let asked = read_stdin()?;
     if asked.is_empty() {
-        say::note("nothing is asked: stdin holds no line of x y z dx dy dz");
+        say::note("no ray was read: stdin holds no line of x y z dx dy dz");
         report(verb, &[], &[], as_json)?;
         return Ok(Code::Done);
     }

@@ -22,7 +22,7 @@ use super::arguments::{SceneArguments, size};
 use super::exit::Code;
 use super::fit::about;
 use super::progress::{self, Meter};
-use super::render_keep::Kept;
+use super::render_keep::{Kept, Place};
 use super::render_target::{Image, open_outputs};
 use super::{detail_report, interrupt, say};
 
@@ -103,13 +103,13 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let file = with_options(read_scene(&verb.common)?, verb)?;
     let camera = framed(camera(&file)?, &file, verb)?;
     let outputs = open_outputs(verb)?;
-    let mut kept = Kept::open(verb, &outputs)?;
+    let place = Place::open(verb, &outputs)?;
     let loaded = tell(load_seen(&file, Some(&camera))?);
     check_view(&file, &loaded.scene, &camera)?;
     detail_report::tell(&loaded.details);
     let settings = settings(&file.render, &loaded.scene, &verb.common);
-    let film = kept.film(&file, &camera, &settings)?;
     interrupt::listen();
+    let (film, mut kept) = place.take(&file, &camera, &settings)?;
     let meter = Meter::start("rendering", ERROR);
     let encode = |image: Image, rendering: &Rendering| {
         image.encode(rendering, &loaded.scene, &camera, &file, &settings)
@@ -127,7 +127,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
         output.write(&encode(image, &rendering)?)?;
         written.push(path);
     }
-    kept.clear(&rendering);
+    kept.end(&rendering);
     warn(&rendering);
     if as_json {
         say::data(
@@ -242,6 +242,12 @@ fn with_options(mut file: SceneFile, verb: &Render) -> Result<SceneFile> {
         file.render.crop = Some(Window::new([x0, y0], [x1, y1])?);
     }
     file.render.exposure = verb.exposure.or(file.render.exposure);
+    if verb.layers.len() > 1 && verb.layers.iter().any(|name| name == "none") {
+        return Err(Error::Parameter(format!(
+            "--layers {}: `none` stands alone; leave it out, or the others",
+            verb.layers.join(",")
+        )));
+    }
     if !verb.layers.is_empty() {
         let named = |layer: &Layer| verb.layers.iter().any(|n| n == "all" || n == layer.name());
         file.render.layers = Some(Layer::ALL.into_iter().filter(named).collect());

@@ -10,6 +10,7 @@ use harmolux::io::scene_file::{RenderSpec, SceneFile};
 use harmolux::scene::{Camera, Film, FirstHits, Layer, Scene};
 use serde_json::{Map, Value};
 
+use super::plot::unknown_output;
 use super::render::Render;
 use super::say;
 
@@ -48,8 +49,12 @@ pub(crate) fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
     let both = || ["png", "exr"].map(|e| Path::new(stem).with_extension(e)).to_vec();
     let paths: Vec<PathBuf> = if verb.output.is_empty() { both() } else { verb.output.clone() };
     let open = |path: PathBuf| {
-        let exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        let (image, kind) = if exr { (Image::Exr, Kind::EXR) } else { (Image::Png, Kind::PNG) };
+        let is = |wanted| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted));
+        let (image, kind) = match (is("png"), is("exr")) {
+            (true, _) => (Image::Png, Kind::PNG),
+            (_, true) => (Image::Exr, Kind::EXR),
+            _ => return Err(unknown_output(&path, ".png or .exr")),
+        };
         Ok((image, Output::open(&path, &kind, verb.force)?))
     };
     paths.into_iter().map(open).collect()

@@ -77,9 +77,15 @@ impl<'a> Launcher<'a> {
     /// Collects the lights of a scene.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when no light of the scene has any power.
+    /// [`Error::Parameter`] when no light of the scene has any power, or one more than numbers can hold.
     pub fn new(scene: &'a Scene) -> Result<Self> {
         let points = scene.lights().iter().map(|l| (Source::Point(l), l.flux().luminance()));
+        if let Some(light) = scene.lights().iter().find(|l| !l.flux().luminance().is_finite()) {
+            return Err(Error::Parameter(format!(
+                "light `{}` has a flux that no number can hold (1.8e308 lm at most): make it weaker",
+                light.name
+            )));
+        }
         let surfaces = scene.emitters().iter().map(|e| (Source::Surface(e), e.power));
         let mut total = 0.0;
         let (mut sources, mut cumulative) = (Vec::new(), Vec::new());

@@ -1,7 +1,9 @@
 //! Scenes and settings that several test files share.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 
+pub mod desk;
 pub mod films;
+pub mod solids;
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;

@@ -3,6 +3,8 @@
 use super::{Palette, Scale, ticks};
 use crate::{Error, Result};
 
+/// The most decades of a logarithmic scale: far more than light and eyes have.
+pub const MOST_DECADES: f64 = 30.0;
 /// As many steps as a scale has at most unless a number is asked for.
 const STEPS: usize = 8;
 /// The digits by which values of a scale are told apart.
@@ -52,8 +54,14 @@ impl ScaleWish {
     /// below a share `cover`, from 0 to 1, of them; values that are not finite do not count, and without any the scale ends at 1.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when an end is not a finite number, the high one is not above the low one, or a logarithmic scale would not be positive.
+    /// [`Error::Parameter`] when an end is not a finite number, the high one is not above the low one, or a logarithmic scale would not be positive or
+    /// has not above 0 and at most [`MOST_DECADES`] decades.
     pub fn fitted(&self, values: &[f64], cover: f64) -> Result<ColourScale> {
+        if let Some(decades) = self.decades.filter(|d| !(*d > 0.0 && *d <= MOST_DECADES)) {
+            return Err(Error::Parameter(format!(
+                "a logarithmic scale has above 0 and at most {MOST_DECADES} decades, not {decades}"
+            )));
+        }
         let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
         let place = (cover.clamp(0.0, 1.0) * sorted.len().saturating_sub(1) as f64).ceil();
@@ -265,10 +273,13 @@ mod tests {
             ScaleWish { high: Some(f64::INFINITY), ..open },
             ScaleWish { low: Some(f64::NAN), ..open },
             ScaleWish { high: Some(0.0), decades: Some(2.0), ..open },
-            ScaleWish { decades: Some(0.0), ..open },
-            ScaleWish { decades: Some(1e9), ..open },
         ] {
             assert!(wish.fitted(&[1.0, 2.0], 1.0).is_err(), "{wish:?}");
+        }
+        for decades in [0.0, -1.0, f64::NAN, 30.1, 1e9] {
+            let wish = ScaleWish { decades: Some(decades), ..open };
+            let message = wish.fitted(&[1.0, 2.0], 1.0).expect_err("out of range").to_string();
+            assert!(message.contains("above 0 and at most 30 decades, not"), "{message}");
         }
     }
 

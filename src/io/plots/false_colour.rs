@@ -20,6 +20,8 @@ const LARGEST: usize = 8192;
 const PLACES: usize = 4096;
 /// Rings of noise shorter than this, pixels of the picture, are not drawn.
 const SHORTEST: f64 = 10.0;
+/// The colour of pixels that show nothing.
+const NOTHING: Rgb8 = [128; 3];
 /// The name of the picture in the SVG.
 const PICTURE: &str = "picture";
 
@@ -44,6 +46,7 @@ pub struct FalseColour {
     unit: String,
     lines: bool,
     extremes: bool,
+    endless: bool,
 }
 
 impl FalseColour {
@@ -74,6 +77,7 @@ impl FalseColour {
             unit: unit.to_owned(),
             lines: false,
             extremes: false,
+            endless: false,
         })
     }
 
@@ -89,9 +93,25 @@ impl FalseColour {
         self
     }
 
+    /// Says whether infinity means that there is nothing, as in a picture of depths: such pixels are grey and not counted as spoilt.
+    pub fn with_endless(mut self, endless: bool) -> Self {
+        self.endless = endless;
+        self
+    }
+
     /// Gives what the values come to.
     pub fn tally(&self) -> Tally {
-        Tally::of(&self.values)
+        let tally = Tally::of(&self.values);
+        Tally { not_finite: tally.not_finite - self.nothing(), ..tally }
+    }
+
+    /// Counts the pixels that show nothing.
+    pub fn nothing(&self) -> usize {
+        self.values.iter().filter(|value| self.is_nothing(**value)).count()
+    }
+
+    fn is_nothing(&self, value: f64) -> bool {
+        self.endless && value == f64::INFINITY
     }
 
     /// Draws it as PNG.
@@ -139,7 +159,8 @@ impl FalseColour {
             (0..=PLACES).map(|k| self.scale.colour_at(k as f64 / PLACES as f64)).collect();
         let colour = |value: &f64| {
             let place = self.scale.place(*value).map(|p| (p * PLACES as f64).round() as usize);
-            place.and_then(|p| table.get(p)).copied().unwrap_or(NOT_FINITE)
+            let otherwise = if self.is_nothing(*value) { NOTHING } else { NOT_FINITE };
+            place.and_then(|p| table.get(p)).copied().unwrap_or(otherwise)
         };
         self.values.iter().map(colour).collect()
     }
@@ -186,13 +207,16 @@ impl FalseColour {
     }
 
     fn legend(&self, font: f64, tally: &Tally) -> Legend<'_> {
-        let notes =
-            (tally.not_finite > 0).then(|| (Swatch::Colour(NOT_FINITE), "not finite".to_owned()));
+        let note = |count: usize, colour: Rgb8, text: &str| {
+            (count > 0).then(|| (Swatch::Colour(colour), text.to_owned()))
+        };
+        let nothing = note(self.nothing(), NOTHING, "nothing");
+        let spoilt = note(tally.not_finite, NOT_FINITE, "not finite");
         Legend {
             scale: &self.scale,
             unit: &self.unit,
             outside: self.scale.outside(&self.values).map(|n| n > 0),
-            notes: notes.into_iter().collect(),
+            notes: nothing.into_iter().chain(spoilt).collect(),
             font,
         }
     }
@@ -357,6 +381,18 @@ mod tests {
         }
         assert_eq!(picture.tally().not_finite, 2);
         assert!(picture.to_svg().expect("drawn").contains("not finite"));
+    }
+
+    #[test]
+    fn infinity_may_mean_that_there_is_nothing() {
+        let values = vec![1.0, f64::INFINITY, f64::NAN, f64::NEG_INFINITY];
+        let picture = picture(2, 2, values, ScaleWish::default());
+        assert_eq!((picture.nothing(), picture.tally().not_finite), (0, 3));
+        let picture = picture.with_endless(true);
+        assert_eq!((picture.nothing(), picture.tally().not_finite), (1, 2));
+        assert_eq!(picture.colours()[1..], [NOTHING, NOT_FINITE, NOT_FINITE]);
+        let svg = picture.to_svg().expect("drawn");
+        assert!(svg.contains(">nothing<") && svg.contains(">not finite<"));
     }
 
     #[test]

@@ -16,7 +16,7 @@ mod paper;
 mod tally;
 mod ticks;
 
-pub use colour_scale::{ColourScale, ScaleWish};
+pub use colour_scale::{ColourScale, MOST_DECADES, ScaleWish};
 pub use false_colour::FalseColour;
 pub use figure::{Axis, Curve, Figure, Scale, Style};
 pub use isolux::Isolux;

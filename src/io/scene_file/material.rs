@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Deserializer};
 
 use super::source::Entry;
-use super::values::{Albedo, AtLeast0, Index, Number, Part, Roughness, number};
+use super::values::{Albedo, AreaShare, AtLeast0, Index, Number, Roughness, number};
 use super::vectors::spectrum;
 use crate::Result;
 use crate::math::Rgb;
@@ -113,7 +113,7 @@ pub struct MirrorSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MixtureSpec {
-    /// The shares of the area by the names of the materials, between 0 and 1, 1 together.
+    /// The shares of the area by the names of two materials or more, between 0 and 1, 1 together.
     #[serde(deserialize_with = "shares")]
     pub of: BTreeMap<String, f64>,
 }
@@ -121,19 +121,30 @@ pub struct MixtureSpec {
 /// How far shares may be from 1 together, for thirds and sevenths written with a few digits.
 const ROUNDING: f64 = 1e-3;
 
+/// Shows what the key may look like.
+const LIKE: &str = "write them like `of = { silver = 0.85, dust = 0.15 }`";
+
 impl MixtureSpec {
-    /// Checks that the shares are those of a whole; what is left of rounding is divided among them.
+    /// Checks that there are several shares, and that they are those of a whole; what is left of rounding is divided among them.
     fn check(&self, entry: &Entry) -> Result<()> {
+        let few = "a mixture needs two materials or more, found";
+        match (self.of.first_key_value(), self.of.len()) {
+            (None, _) => return Err(entry.error("of", format!("{few} none"), LIKE)),
+            (Some((name, _)), 1) => {
+                let instead = format!("`material = {name:?}` where `{}` stands", entry.path[1]);
+                let help = format!("add what it is mixed with, or write {instead}");
+                return Err(entry.error("of", format!("{few} only `{name}`"), &help));
+            }
+            _ => {}
+        }
         let sum: f64 = self.of.values().sum();
         if (sum - 1.0).abs() <= ROUNDING {
             return Ok(());
         }
-        let message = format!("the shares of a mixture must add up to 1, found {sum}");
-        Err(entry.error(
-            "of",
-            message,
-            "a part that reflects nothing is a lambert of reflectance 0",
-        ))
+        let found = (sum * 1e4).round() / 1e4;
+        let message = format!("the shares of a mixture must add up to 1, found {found}");
+        let help = format!("{LIKE}; a part that reflects nothing is a lambert of reflectance 0");
+        Err(entry.error("of", message, &help))
     }
 
     /// Gives the names with shares that add up to 1.
@@ -145,6 +156,6 @@ impl MixtureSpec {
 
 /// Reads shares by name.
 fn shares<'de, D: Deserializer<'de>>(d: D) -> std::result::Result<BTreeMap<String, f64>, D::Error> {
-    let written = BTreeMap::<String, Number<Part>>::deserialize(d)?;
+    let written = BTreeMap::<String, Number<AreaShare>>::deserialize(d)?;
     Ok(written.into_iter().map(|(name, share)| (name, share.0)).collect())
 }

@@ -202,11 +202,11 @@ struct Document {
 impl Document {
     /// Compares keys and things with each other and finds the files.
     fn check(mut self, source: Source) -> Result<SceneFile> {
+        references::check_mixtures(&self.materials, &source)?;
         for (name, material) in &self.materials {
             let path = ["materials", name, material.type_name()];
             material.check(&Entry { source: &source, path })?;
         }
-        references::check_mixtures(&self.materials, &source)?;
         self.check_objects(&source)?;
         for (name, camera) in &self.cameras {
             camera

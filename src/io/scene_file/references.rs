@@ -51,7 +51,11 @@ pub(super) fn check_mixtures(
             let key = ["materials", name, "mixture", "of", part];
             check(part, materials, "material", &key, source)?;
             if let Some(MaterialSpec::Mixture(_)) = materials.get(part) {
-                let message = format!("`{part}` is a mixture itself");
+                let message = if part == name {
+                    format!("`{part}` is mixed of itself")
+                } else {
+                    format!("`{part}` is a mixture itself")
+                };
                 let help = "name the materials it is mixed of, each with its share of the whole";
                 return Err(source.error(&key, message, Some(help.to_owned())));
             }

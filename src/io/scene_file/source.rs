@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::overrides::Override;
 use crate::{Error, error::InputError};
@@ -35,6 +36,8 @@ struct Behind {
 pub(super) struct Place {
     pub(super) key: Option<Range<usize>>,
     pub(super) value: Range<usize>,
+    /// Whether the value is a table that holds something.
+    holds: bool,
 }
 
 impl Source {
@@ -52,7 +55,7 @@ impl Source {
 
     /// Records where every key of the tree stands.
     pub(super) fn index(&mut self, tree: &Spanned<DeTable>) {
-        self.places.insert(Vec::new(), Place { key: None, value: tree.span() });
+        self.places.insert(Vec::new(), Place { key: None, value: tree.span(), holds: true });
         self.index_table(&mut Vec::new(), tree.get_ref());
     }
 
@@ -70,7 +73,8 @@ impl Source {
         key: Option<Range<usize>>,
         value: &Spanned<DeValue>,
     ) {
-        self.places.insert(path.clone(), Place { key, value: value.span() });
+        let holds = value.get_ref().as_table().is_some_and(|table| !table.is_empty());
+        self.places.insert(path.clone(), Place { key, value: value.span(), holds });
         match value.get_ref() {
             DeValue::Table(table) => self.index_table(path, table),
             DeValue::Array(items) => {
@@ -98,6 +102,21 @@ impl Source {
     /// named by their number. `None` when the key is not in the file.
     pub fn span(&self, key: &[&str]) -> Option<Range<usize>> {
         self.place(key).map(|place| place.value.clone())
+    }
+
+    /// Lists the values below `key` in order, each with its key path: `objects.ball.sphere.radius` and `0.7`. Numbers, words and arrays are written in one
+    /// way however the file has them.
+    pub fn values(&self, key: &[&str]) -> Vec<(String, String)> {
+        let above: Vec<String> = key.iter().map(|&part| part.to_owned()).collect();
+        let below = self.places.range(above.clone()..).take_while(|(p, _)| p.starts_with(&above));
+        let mut values: Vec<(&[String], String)> = Vec::new();
+        for (path, place) in below.filter(|(_, place)| !place.holds) {
+            let is_element = values.last().is_some_and(|(array, _)| path.starts_with(array));
+            if !is_element {
+                values.push((path, one_way(self.written(&place.value))));
+            }
+        }
+        values.into_iter().map(|(path, value)| (joined(path), value)).collect()
     }
 
     /// Tells whether the key itself was written on the command line.
@@ -173,6 +192,35 @@ impl Source {
     }
 }
 
+/// Writes a value as one that means the same is written; what is not TOML is a word of the command line.
+fn one_way(written: &str) -> String {
+    DeValue::parse(written).map_or_else(|_| format!("{:?}", written.trim()), |value| plain(&value))
+}
+
+fn plain(value: &Spanned<DeValue>) -> String {
+    let number = || f64::deserialize(ValueDeserializer::from(value.clone())).ok();
+    match value.get_ref() {
+        DeValue::String(text) => format!("{text:?}"),
+        DeValue::Integer(_) | DeValue::Float(_) => number().map_or_else(String::new, plain_number),
+        DeValue::Boolean(truth) => truth.to_string(),
+        DeValue::Datetime(time) => time.to_string(),
+        DeValue::Array(items) => {
+            format!("[{}]", items.iter().map(plain).collect::<Vec<_>>().join(", "))
+        }
+        DeValue::Table(table) => {
+            let entry =
+                |(key, value): (&Spanned<_>, _)| format!("{} = {}", key.get_ref(), plain(value));
+            format!("{{{}}}", table.iter().map(entry).collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
+/// Writes a number as short as brings it back, turning to exponents where plain digits would be hundreds.
+fn plain_number(x: f64) -> String {
+    let text = format!("{x:?}");
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+}
+
 /// Turns an offset in bytes into line and column, both from 1, the column in characters.
 pub(super) fn line_column(text: &str, offset: usize) -> (usize, usize) {
     let mut offset = offset.min(text.len());
@@ -214,8 +262,11 @@ impl Entry<'_> {
 
 /// Writes a key path in brackets.
 pub(super) fn header<S: AsRef<str>>(path: &[S]) -> String {
-    let parts: Vec<String> = path.iter().map(|part| quoted(part.as_ref())).collect();
-    format!("[{}]", parts.join("."))
+    format!("[{}]", joined(path))
+}
+
+fn joined<S: AsRef<str>>(path: &[S]) -> String {
+    path.iter().map(|part| quoted(part.as_ref())).collect::<Vec<_>>().join(".")
 }
 
 /// Writes one part of a key path, in quotes where TOML needs them.

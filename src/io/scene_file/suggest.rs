@@ -45,7 +45,8 @@ pub(super) fn example(kind: &str, key: &str) -> Option<&'static str> {
     }
 }
 
-const EXAMPLES: [&str; 61] = [
+const EXAMPLES: [&str; 62] = [
+    "of = { silver = 0.85, dust = 0.15 }",
     "points = 1000",
     "vertices = true",
     "measure = \"cylindrical\"",

@@ -48,6 +48,7 @@ ranges! {
     HalfTurn: |x| (0.0..=180.0).contains(&x), "from 0 to 180 degrees", "";
     Share: |x| (0.0..=1.0).contains(&x), "from 0 to 1", "";
     Part: |x| x > 0.0 && x < 1.0, "between 0 and 1", "write 0.01 for one per cent";
+    AreaShare: |x| x > 0.0 && x <= 1.0, "above 0 and at most 1", "it is a share of the area: write 0.25 for a quarter";
     Roughness: |x| (0.01..=1.0).contains(&x), "from 0.01 to 1", "below 0.01 a surface is a mirror";
     Index: |x| x > 1.0 && x <= 4.0, "above 1 and at most 4", "glass and varnish have about 1.5";
     Size: |x| x > 0.0 && x <= 1e9, "above 0 and at most 1e9 metres", "";

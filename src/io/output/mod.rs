@@ -1,12 +1,13 @@
 //! Writing files safely: checked before the long run, written whole at its end, replacing only what is ours.
 //!
-//! A file is ours when it begins as its [`Kind`] begins and names this program within its first KiB: the `Software` text of a PNG,
-//! the `software` attribute of an EXR or JSON file, the first comment of a coefficient text. A CSV table has no room for a name
-//! that other programs would not stumble over: there the very header row that is to be written is the mark. A bare array of numbers
-//! has room for nothing: there every file counts as foreign.
+//! What is being written is locked by its process, as is what a run has claimed; the lock ends with the process, however that ends.
 
-use std::borrow::Cow;
-use std::fs;
+mod claim;
+mod kind;
+mod lock;
+mod unfinished;
+
+use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -14,106 +15,17 @@ use tempfile::NamedTempFile;
 
 use crate::{Error, Result};
 
+pub use claim::Claim;
+pub use kind::Kind;
+use kind::{MARKED_WITHIN, Mark};
+
 /// Names this program and its version, as written into files.
 pub const SOFTWARE: &str = concat!("harmolux ", env!("CARGO_PKG_VERSION"));
-
-/// Is what any version writes into its files, its number following.
-const MARK: &str = "harmolux ";
-
-/// How far into a file the mark is looked for, bytes.
-const MARKED_WITHIN: u64 = 1024;
-
-/// Describes a kind of file: its extensions, and how to tell one that this program wrote.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Kind {
-    name: &'static str,
-    extensions: &'static [&'static str],
-    start: Cow<'static, [u8]>,
-    mark: Mark,
-}
-
-/// Names what shows that a file is ours.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mark {
-    /// How it begins, and the name of this program.
-    Name,
-    /// How it begins.
-    Start,
-    /// Nothing can.
-    Nothing,
-}
-
-impl Kind {
-    /// A PNG image.
-    pub const PNG: Self = Self::new("a PNG image", &["png"], b"\x89PNG\r\n\x1a\n");
-    /// An SVG drawing.
-    pub const SVG: Self = Self::new("an SVG drawing", &["svg"], b"<svg");
-    /// An `OpenEXR` image.
-    pub const EXR: Self = Self::new("an EXR image", &["exr"], &[0x76, 0x2f, 0x31, 0x01]);
-    /// An array of NumPy, which has no room for a mark.
-    pub const NPY: Self = Self::unmarked("an array of NumPy", &["npy"]);
-    /// A coefficient text in the layout of pyshtools.
-    pub const COEFFICIENTS: Self = Self::new("a coefficient text", &["txt", "sh"], b"# harmolux ");
-    /// A table or report as JSON.
-    pub const JSON: Self = Self::new("a JSON file", &["json"], b"{");
-
-    /// Describes files that begin with the bytes `start` and hold "harmolux VERSION" within their first KiB; `name` is a noun with its
-    /// article ("a PNG image"), `extensions` are lower-case without dot, the usual one first.
-    pub const fn new(
-        name: &'static str,
-        extensions: &'static [&'static str],
-        start: &'static [u8],
-    ) -> Self {
-        Self { name, extensions, start: Cow::Borrowed(start), mark: Mark::Name }
-    }
-
-    /// Describes files that have no room for the name of a program: what stands there is never taken for ours.
-    pub const fn unmarked(name: &'static str, extensions: &'static [&'static str]) -> Self {
-        Self { name, extensions, start: Cow::Borrowed(&[]), mark: Mark::Nothing }
-    }
-
-    /// Describes files that begin with bytes no other program writes.
-    pub const fn signed(
-        name: &'static str,
-        extensions: &'static [&'static str],
-        start: &'static [u8],
-    ) -> Self {
-        Self { name, extensions, start: Cow::Borrowed(start), mark: Mark::Start }
-    }
-
-    /// Describes CSV tables whose header row is the given line, its end included.
-    pub fn csv(header: Vec<u8>) -> Self {
-        Self {
-            name: "a CSV table",
-            extensions: &["csv"],
-            start: Cow::Owned(header),
-            mark: Mark::Start,
-        }
-    }
-
-    /// Tells whether a file with these first bytes was written by this program.
-    fn owns(&self, head: &[u8]) -> bool {
-        let mark = MARK.as_bytes();
-        let named = |w: &[u8]| w.starts_with(mark) && w.last().is_some_and(u8::is_ascii_digit);
-        let marked = match self.mark {
-            Mark::Name => head.windows(mark.len() + 1).any(named),
-            Mark::Start => true,
-            Mark::Nothing => false,
-        };
-        marked && head.starts_with(&self.start)
-    }
-
-    fn fits(&self, path: &Path) -> bool {
-        path.extension()
-            .and_then(|found| found.to_str())
-            .is_some_and(|found| self.extensions.iter().any(|e| e.eq_ignore_ascii_case(found)))
-    }
-}
 
 /// Promises that a file can be written, and writes it whole.
 ///
 /// Opening leaves nothing behind and changes nothing: an output that is dropped unused, or a run that ends early, leaves the old
-/// file as it was.
+/// file as it was. Only what a killed run left of this very output, `NAME.unfinished.EXT`, is removed.
 ///
 /// ```
 /// use harmolux::io::output::{Kind, Output};
@@ -176,12 +88,17 @@ impl Output {
     /// # Errors
     /// As [`Output::write`].
     pub fn write_with(&self, fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+        self.put(fill).map(drop)
+    }
+
+    /// Writes the file and gives it, locked.
+    fn put(&self, fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>) -> Result<File> {
         let temporary = self.fill(fill).map_err(|e| Error::io(&self.path, "write", e))?;
         if let Err(reason) = self.check_present() {
             return Err(self.keep(temporary, &reason));
         }
         match temporary.persist(&self.target) {
-            Ok(_) => Ok(()),
+            Ok(file) => Ok(file),
             Err(refused) => Err(self.keep(refused.file, &refused.error)),
         }
     }
@@ -245,19 +162,6 @@ impl Output {
         Ok(head)
     }
 
-    /// Makes an empty file beside the target that vanishes when dropped.
-    fn temporary(&self) -> io::Result<NamedTempFile> {
-        let name = self.target.file_stem().unwrap_or_default().to_string_lossy();
-        let prefix = format!("{name}.unfinished-");
-        let suffix = format!(".{}", self.kind.extensions.first().unwrap_or(&""));
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(&prefix).suffix(&suffix);
-        // Temporary files are private by default; results are as public as the user's mask lets any new file be.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        builder.tempfile_in(self.folder())
-    }
-
     fn fill(
         &self,
         fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>,
@@ -269,15 +173,6 @@ impl Output {
         }
         temporary.as_file().sync_all()?;
         Ok(temporary)
-    }
-
-    /// Saves a finished temporary file that cannot take its place, and says where it is.
-    fn keep(&self, temporary: NamedTempFile, reason: &dyn std::fmt::Display) -> Error {
-        let outcome = match temporary.keep() {
-            Ok((_, kept)) => format!("{reason}; the result is kept as {}", kept.display()),
-            Err(e) => format!("{reason}; the result could not be kept either: {}", e.error),
-        };
-        Error::io(&self.path, "write", io::Error::other(outcome))
     }
 }
 
@@ -372,16 +267,6 @@ mod tests {
     }
 
     #[test]
-    fn mark_counts_only_in_the_first_kilobyte() {
-        let near = [b"{".as_slice(), &[b' '; 500], b"\"harmolux 9.9.9\""].concat();
-        let far = [b"{".as_slice(), &[b' '; 1020], b"\"harmolux 9.9.9\""].concat();
-        assert!(Kind::JSON.owns(&near));
-        assert!(!Kind::JSON.owns(&far[..1024]));
-        assert!(!Kind::JSON.owns(b"[\"harmolux 9.9.9\"]"));
-        assert!(!Kind::JSON.owns(b"{ \"tool\": \"harmolux is not mine\" }"));
-    }
-
-    #[test]
     fn csv_is_ours_when_its_header_row_is_the_one_to_be_written() {
         let folder = tempdir().expect("a folder");
         let path = folder.path().join("spectrum.csv");
@@ -438,7 +323,7 @@ mod tests {
         assert!(message.contains("the result is kept as"), "{message}");
         assert_eq!(fs::read(&path).expect("there"), FOREIGN);
         let kept = names(&folder).into_iter().find(|n| n != "head.txt").expect("kept");
-        assert!(message.contains(&kept) && kept.starts_with("head.unfinished-"));
+        assert!(message.contains(&kept) && kept.starts_with("head.kept-"));
         assert_eq!(fs::read(folder.path().join(kept)).expect("there"), OURS);
     }
 
