@@ -5,13 +5,15 @@
 //! cargo run --release --example picture_tails [SEEDS [FILE.svg]]
 //! ```
 //!
-//! Small pictures of two scenes, box filter, SEEDS (128) seeds for each estimator. The truth is the mean of all other seeds; that has an error too, so z is
-//! divided by sqrt(S / (S - 1)), which makes it t exactly where the replicates of a pixel are normal. Pixels of one seed share walks: the error of a share,
-//! behind it, is that of the mean over the seeds' own shares. Pixels without noise (a lamp, nothing at all) are left out.
+//! Small pictures of two scenes, box filter: SEEDS (64) seeds for the combined estimator, a quarter of that for the others. The truth is the mean of all
+//! other seeds; that has an error too, so z is divided by sqrt(S / (S - 1)), which makes it t exactly where the replicates of a pixel are normal. Pixels of
+//! one seed share walks: the error of a share, behind it, is that of the mean over the seeds' own shares. Pixels without noise (a lamp, nothing at all) are
+//! left out.
 //!
-//! A row says how much of |z| lies beyond the quantile at the head of each column, which should be what stands under it; what part of those beyond the 99.9 %
-//! lies below the truth (half where nothing is skewed) and in that twentieth of the pixels that has most of them; and how many seeds hold the mean of the
-//! picture in its 95 % interval. FILE.svg shows the histogram.
+//! A row says how much of |z| lies beyond the quantile at the head of each column, which should be what stands under it. Of what is beyond the 99.9 %: how
+//! much lies below the truth (half where nothing is skewed), and how much in loose pixels, whose standard error differs between seeds by more than half as
+//! much again as that of normal replicates, sqrt(1 / 62), next to the share of pixels that are so. Last, how many seeds hold the mean of the picture in its
+//! 95 % interval. FILE.svg shows histograms.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -27,6 +29,7 @@ use harmolux::study::{camera, load};
 use statrs::distribution::{Continuous, StudentsT};
 
 const SCENES: [(&str, [u32; 2]); 2] = [("head_room", [32, 24]), ("cornell_head", [24, 24])];
+const COMBINED: &str = "double-local";
 const WALKS: [u64; 2] = [256, 1024];
 /// What should lie beyond the quantiles.
 const SHARES: [f64; 6] = [0.5, 0.1, 0.05, 0.01, 1e-3, 1e-4];
@@ -36,7 +39,10 @@ const FAR: f64 = SHARES[4];
 const NOISE: f64 = 1e-6;
 /// The histogram: the width of its bars and the last of them.
 const BAR: f64 = 0.5;
-const LAST: f64 = 7.0;
+const LAST: f64 = 6.0;
+
+/// By how much the standard error of a loose pixel differs between seeds, relative to what that of normal replicates does.
+const LOOSE: f64 = 1.5;
 
 /// What one seed gives: every pixel, and their mean.
 struct Picture {
@@ -46,7 +52,7 @@ struct Picture {
 
 fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
-    let seeds = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(128);
+    let seeds: u64 = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(64);
     let plot = arguments.next();
     let mut curves = vec![student()];
     for (name, size) in SCENES {
@@ -54,20 +60,22 @@ fn main() -> Result<()> {
         let file = SceneFile::read(&file, &[])?;
         let scene = load(&file)?.scene;
         let camera = camera(&file)?.with_resolution(size);
-        print_head(name, size, seeds);
+        print_head(name, size);
         for (estimator, how) in estimators(&scene) {
+            let seeds = if estimator == COMBINED { seeds } else { seeds.div_ceil(4) };
             for (walks, pictures) in WALKS.into_iter().zip(pictures(&scene, &camera, how, seeds)?) {
-                let z = deviations(&pictures);
-                print_row(estimator, walks, &pictures, &z);
-                if walks == WALKS[1] {
-                    curves.push(histogram(format!("{estimator}, {name}"), &z));
+                let deviations = Deviations::of(&pictures);
+                print_row(estimator, walks, &pictures, &deviations);
+                if walks == WALKS[1] && (estimator == COMBINED || name == SCENES[0].0) {
+                    let name = format!("{estimator}, {}", name.replace('_', " "));
+                    curves.push(histogram(name, &deviations.z));
                 }
             }
         }
     }
     if let Some(path) = plot {
         let axes = [Axis::linear("z, standard errors"), Axis::logarithmic("density")];
-        let title = format!("Deviations of pixels, {} walks, {seeds} seeds", WALKS[1]);
+        let title = format!("Deviations of pixels from the truth, {} walks a pixel", WALKS[1]);
         std::fs::write(&path, Figure::new(title, axes, curves).to_svg()?)
             .map_err(|e| harmolux::Error::Parameter(format!("{path}: {e}")))?;
     }
@@ -76,7 +84,7 @@ fn main() -> Result<()> {
 
 fn estimators(scene: &Scene) -> [(&'static str, Estimator); 4] {
     [
-        ("double-local", Estimator::DoubleLocal(Weighting::of(scene))),
+        (COMBINED, Estimator::DoubleLocal(Weighting::of(scene))),
         ("double-local-a", Estimator::DoubleLocal(Weighting::Walk)),
         ("double-local-b", Estimator::DoubleLocal(Weighting::Gather)),
         ("path", Estimator::Path),
@@ -118,18 +126,52 @@ impl Picture {
     }
 }
 
-/// Gives z of every pixel that has noise, for each seed.
-fn deviations(pictures: &[Picture]) -> Vec<Vec<f64>> {
-    let noisy = |i: &usize| {
-        let mut seeds = pictures.iter().map(|picture| picture.pixels[*i]);
-        seeds.any(|pixel| pixel.standard_error > NOISE * pixel.mean)
-    };
-    let noisy: Vec<usize> = (0..pictures[0].pixels.len()).filter(noisy).collect();
-    let columns: Vec<Vec<f64>> = noisy
-        .into_iter()
-        .map(|i| of_others(&pictures.iter().map(|picture| picture.pixels[i]).collect::<Vec<_>>()))
-        .collect();
-    (0..pictures.len()).map(|seed| columns.iter().map(|z| z[seed]).collect()).collect()
+/// How the pixels that have noise deviate.
+struct Deviations {
+    /// For each seed, z of every pixel.
+    z: Vec<Vec<f64>>,
+    /// Which pixels are loose.
+    loose: Vec<bool>,
+}
+
+impl Deviations {
+    fn of(pictures: &[Picture]) -> Self {
+        let of_pixel = |i: usize| pictures.iter().map(move |picture| picture.pixels[i]);
+        let is_noisy = |pixel: Estimate| pixel.standard_error > NOISE * pixel.mean;
+        let noisy = (0..pictures[0].pixels.len()).filter(|i| of_pixel(*i).any(is_noisy));
+        let noisy: Vec<Vec<Estimate>> = noisy.map(|i| of_pixel(i).collect()).collect();
+        let columns: Vec<Vec<f64>> = noisy.iter().map(|seeds| of_others(seeds)).collect();
+        Self {
+            z: (0..pictures.len()).map(|s| columns.iter().map(|z| z[s]).collect()).collect(),
+            loose: noisy.iter().map(|seeds| is_loose(seeds)).collect(),
+        }
+    }
+
+    /// Gives the share of |z| beyond a limit, per cent, and its standard error.
+    fn beyond(&self, limit: f64) -> Estimate {
+        let share = |z: &Vec<f64>| {
+            100.0 * z.iter().filter(|z| z.abs() > limit).count() as f64 / z.len() as f64
+        };
+        Estimate::of_replicates(&self.z.iter().map(share).collect::<Vec<_>>())
+    }
+
+    /// Gives what part of all that is beyond a limit, per cent, lies below the truth, and what part in loose pixels.
+    fn of_beyond(&self, limit: f64) -> [f64; 2] {
+        let all = self.z.iter().flat_map(|z| z.iter().zip(&self.loose));
+        let beyond: Vec<_> = all.filter(|(z, _)| z.abs() > limit).collect();
+        let part = |count: usize| 100.0 * count as f64 / beyond.len().max(1) as f64;
+        let below = beyond.iter().filter(|(z, _)| **z < 0.0).count();
+        let loose = beyond.iter().filter(|(_, loose)| **loose).count();
+        [part(below), part(loose)]
+    }
+}
+
+/// Tells whether the standard error of a pixel is known less well than that of normal replicates.
+fn is_loose(seeds: &[Estimate]) -> bool {
+    let errors: Vec<f64> = seeds.iter().map(|pixel| pixel.standard_error).collect();
+    let Estimate { mean, standard_error, .. } = Estimate::of_replicates(&errors);
+    let spread = standard_error * (errors.len() as f64).sqrt();
+    spread > LOOSE * mean / (2.0 * (REPLICATES - 1) as f64).sqrt()
 }
 
 /// Gives how far each estimate lies above the mean of the others, in standard errors of the difference if all have the same variance.
@@ -143,14 +185,14 @@ fn of_others(estimates: &[Estimate]) -> Vec<f64> {
     estimates.iter().map(z).collect()
 }
 
-fn print_head(name: &str, [width, height]: [u32; 2], seeds: u64) {
-    println!("\n{name}, {width} x {height} pixels, {seeds} seeds: % of |z| beyond the quantile");
-    print!("{:20}", "");
+fn print_head(name: &str, [width, height]: [u32; 2]) {
+    println!("\n{name}, {width} x {height} pixels: % of |z| beyond the quantile");
+    print!("{:27}", "");
     SHARES.iter().for_each(|share| print!("{:>15}", format!("{} %", tidy(100.0 - 100.0 * share))));
-    println!("   beyond 99.9 %:     largest   means held");
-    print!("estimator      walks");
+    println!("   beyond 99.9 %, %:  loose     means");
+    print!("estimator      walks  seeds");
     SHARES.iter().for_each(|share| print!("{:>15}", tidy(100.0 * share)));
-    println!("   below   twentieth  |z|     of pictures");
+    println!("   below  in loose  pixels, %   held");
 }
 
 /// Takes the rounding out of a percentage.
@@ -158,33 +200,19 @@ fn tidy(percentage: f64) -> f64 {
     (1e6 * percentage).round() / 1e6
 }
 
-fn print_row(estimator: &str, walks: u64, pictures: &[Picture], z: &[Vec<f64>]) {
-    print!("{estimator:14} {walks:5}");
+fn print_row(estimator: &str, walks: u64, pictures: &[Picture], deviations: &Deviations) {
+    print!("{estimator:14} {walks:5} {:6}", pictures.len());
+    let quantile = |share| student_t(share, REPLICATES - 1);
     for share in SHARES {
-        let limit = student_t(share, REPLICATES - 1);
-        let beyond = |z: &Vec<f64>| z.iter().filter(|z| z.abs() > limit).count() as f64;
-        let shares: Vec<f64> = z.iter().map(|z| 100.0 * beyond(z) / z.len() as f64).collect();
-        let Estimate { mean, standard_error, .. } = Estimate::of_replicates(&shares);
+        let Estimate { mean, standard_error, .. } = deviations.beyond(quantile(share));
         print!("{:>15}", format!("{mean:.3} ± {standard_error:.3}"));
     }
-    let [below, twentieth] = far(z);
-    let largest = z.iter().flatten().fold(0.0_f64, |largest, z| largest.max(z.abs()));
+    let [below, in_loose] = deviations.of_beyond(quantile(FAR));
+    let loose = deviations.loose.iter().filter(|loose| **loose).count();
+    let loose = 100.0 * loose as f64 / deviations.loose.len() as f64;
     let means = of_others(&pictures.iter().map(|picture| picture.mean).collect::<Vec<_>>());
-    let limit = student_t(0.05, REPLICATES - 1);
-    let held = means.iter().filter(|z| z.abs() <= limit).count();
-    println!("{below:6.0} % {twentieth:7.0} % {largest:8.1} {held:8} of {}", means.len());
-}
-
-/// Gives what part, per cent, of all that lies far out is below the truth, and is in the twentieth of the pixels that has most of it.
-fn far(z: &[Vec<f64>]) -> [f64; 2] {
-    let limit = student_t(FAR, REPLICATES - 1);
-    let of_pixel = |i: usize| z.iter().filter(|z| z[i].abs() > limit).count();
-    let mut pixels: Vec<usize> = (0..z[0].len()).map(of_pixel).collect();
-    pixels.sort_unstable_by(|a, b| b.cmp(a));
-    let all = pixels.iter().sum::<usize>().max(1) as f64;
-    let below = z.iter().flatten().filter(|z| **z < -limit).count();
-    let most: usize = pixels[..pixels.len().div_ceil(20)].iter().sum();
-    [below, most].map(|part| 100.0 * part as f64 / all)
+    let held = means.iter().filter(|z| z.abs() <= quantile(0.05)).count();
+    println!("{below:8.0} {in_loose:9.0} {loose:10.1} {held:6}");
 }
 
 fn histogram(name: String, z: &[Vec<f64>]) -> Curve {
@@ -207,7 +235,7 @@ fn histogram(name: String, z: &[Vec<f64>]) -> Curve {
 fn student() -> Curve {
     let freedom = REPLICATES - 1;
     let density = StudentsT::new(0.0, 1.0, freedom as f64).map(|t| move |z| t.pdf(z));
-    let places = (0..=140).map(|i| f64::from(i) * LAST / 70.0 - LAST);
+    let places = (0..=120).map(|i| f64::from(i) * LAST / 60.0 - LAST);
     let points = density.map_or_else(|_| Vec::new(), |f| places.map(|z| [z, f(z)]).collect());
     Curve::new(format!("Student's t, {freedom} degrees of freedom"), points).drawn(Style::Line)
 }
