@@ -188,10 +188,14 @@ fn of_others(estimates: &[Estimate]) -> Vec<f64> {
 fn print_head(name: &str, [width, height]: [u32; 2]) {
     println!("\n{name}, {width} x {height} pixels: % of |z| beyond the quantile");
     print!("{:27}", "");
-    SHARES.iter().for_each(|share| print!("{:>15}", format!("{} %", tidy(100.0 - 100.0 * share))));
+    for share in SHARES {
+        print!("{:>15}", format!("{} %", tidy(100.0 - 100.0 * share)));
+    }
     println!("   beyond 99.9 %, %:  loose     means");
     print!("estimator      walks  seeds");
-    SHARES.iter().for_each(|share| print!("{:>15}", tidy(100.0 * share)));
+    for share in SHARES {
+        print!("{:>15}", tidy(100.0 * share));
+    }
     println!("   below  in loose  pixels, %   held");
 }
 

@@ -21,7 +21,7 @@ use harmolux::study::{camera, load};
 
 /// Scenes, the size of their pictures and the first target.
 const SCENES: [(&str, [u32; 2], f64); 2] =
-    [("head_room", [80, 60], 0.03), ("cornell_head", [64, 64], 0.03)];
+    [("head_room", [48, 36], 0.05), ("cornell_head", [40, 40], 0.05)];
 const TARGETS: i32 = 4;
 /// The walks per pixel after the first stage, and where a run is given up.
 const FIRST: u64 = 256;
