@@ -437,24 +437,6 @@ fn a_scene_without_light_is_refused() {
     assert!(refused.is_err_and(|e| e.to_string().contains("no light")));
 }
 
-#[test]
-fn double_local_estimate_and_path_tracing_give_the_same_head_room() {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes/head_room.toml");
-    let file = harmolux::io::scene_file::SceneFile::read(&path, &[]).expect("a valid scene");
-    let loaded = harmolux::study::load(&file).expect("loads");
-    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-    let view = harmolux::study::camera(&file).expect("a camera").with_resolution([32, 24]);
-    let film = |estimator, walks| {
-        let film =
-            render(&loaded.scene, &view, &image(estimator, walks), &go_on).expect("renders").film;
-        assert_eq!(film.spoilt(), 0);
-        film
-    };
-    let local = film(Estimator::DoubleLocal(Weighting::of(&loaded.scene)), 256);
-    let path = film(Estimator::Path, 2048);
-    assert_alike(&local, &path);
-}
-
 /// A panel under the ceiling of a room, and a table that hides it from a part of the floor.
 fn panel_scene(with_table: bool) -> Scene {
     use harmolux::surface::primitives::Rectangle;

@@ -5,10 +5,10 @@
     python benches/peers/pictures.py target/release/harmolux data/scenes/cornell_head.toml [--size 128x128] [--steps 4] [--seeds 3] [--plot FILE.svg]
         [--walks 8192] [--spp 4096] [--estimators double-local,path] [--filter box] [--without-curves]
 
-First long runs of both, in 32 parts each: the means of the pictures must agree within 0.2 per cent, and all pixels jointly, |a - b| <= t(0.001/n; 31) sqrt(se_a^2 +
-se_b^2), with the errors that Harmolux claims and those of Mitsuba's parts. Then short runs of growing size in turns; their relMSE = mean((x - r)^2 / (r^2 + 1e-4
-mean(r)^2)) of the luminance against the mean of both long runs, less what the error of that mean adds. Times are without start and compilation: the `seconds` of our
-JSON, and the call of Mitsuba after one of the same size.
+First long runs in 32 parts of Mitsuba and of each estimator (double-local-a and double-local-b too): the means of the pictures must agree within 0.2 per cent, and
+all pixels jointly, |a - b| <= t(0.001/n; 31) sqrt(se_a^2 + se_b^2), with the errors that Harmolux claims and those of Mitsuba's parts. Then short runs of growing size in
+turns; their relMSE = mean((x - r)^2 / (r^2 + 1e-4 mean(r)^2)) of the luminance against the mean r of the first estimator's long run and Mitsuba's, less what the error
+of that mean adds. Times are without start and compilation: the `seconds` of our JSON, and the call of Mitsuba after one of the same size.
 
 A pixel on an edge of a bright lamp is decided by few samples: with less than some thousand walks a pixel its error is not known well enough for the joint test.
 
@@ -129,17 +129,21 @@ def compare(a, a_error, b, b_error, mean_error):
 
 
 def long_runs(ours, peer, options):
-    """Means and standard errors of both; the first estimator is the one compared."""
-    estimator = options.estimators.split(",")[0]
-    seconds, a, a_error, a_mean_error = ours.run(options.walks, 7001, estimator)
-    print(f"Harmolux {estimator}: {options.walks} walks a pixel, {seconds:.1f} s, relMSE by its own errors {relative(a + a_error, a):.2e}", flush=True)
+    """Holds a long run of every estimator to one of Mitsuba; gives the mean of the first and Mitsuba's, and what its error adds to relMSE."""
     parts, start = [], time.perf_counter()
     for k in range(PARTS):
         parts.append(peer.run(max(options.spp // PARTS, 1), 9001 + k)[1])
     b, b_error = np.mean(parts, 0), np.std(parts, 0, ddof=1) / np.sqrt(PARTS)
     print(f"Mitsuba {mi.__version__}: {options.spp} paths a pixel, {time.perf_counter() - start:.1f} s, relMSE by its own errors {relative(b + b_error, b):.2e}", flush=True)
     means = np.array([part.mean() for part in parts])
-    compare(a, a_error, b, b_error, np.hypot(a_mean_error, means.std(ddof=1) / np.sqrt(PARTS) / means.mean()))
+    b_mean_error = means.std(ddof=1) / np.sqrt(PARTS) / means.mean()
+    first = None
+    for estimator in options.estimators.split(","):
+        seconds, a, a_error, a_mean_error = ours.run(options.walks, 7001, estimator)
+        print(f"Harmolux {estimator}: {options.walks} walks a pixel, {seconds:.1f} s, relMSE by its own errors {relative(a + a_error, a):.2e}")
+        compare(a, a_error, b, b_error, np.hypot(a_mean_error, b_mean_error))
+        first = first or (a, a_error)
+    a, a_error = first
     # Weighted by their variance over the whole picture, which needs no knowledge of the pixels themselves.
     weight = 1 / np.mean(a_error**2), 1 / np.mean(b_error**2)
     reference = (weight[0] * a + weight[1] * b) / sum(weight)
