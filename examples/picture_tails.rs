@@ -19,7 +19,9 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use harmolux::Result;
-use harmolux::estimators::{Estimator, ImageSettings, REPLICATES, Stop, Weighting, render_on, walks_per_sample};
+use harmolux::estimators::{
+    Estimator, ImageSettings, REPLICATES, Stop, Weighting, render_on, walks_per_sample,
+};
 use harmolux::io::plots::{Axis, Curve, Figure, Style};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::math::Randomness;
@@ -64,7 +66,9 @@ fn main() -> Result<()> {
         print_head(name, size);
         for (estimator, how) in estimators(&scene) {
             let seeds = if estimator == COMBINED { seeds } else { seeds.div_ceil(4) };
-            for (samples, pictures) in SAMPLES.into_iter().zip(pictures(&scene, &camera, how, seeds)?) {
+            for (samples, pictures) in
+                SAMPLES.into_iter().zip(pictures(&scene, &camera, how, seeds)?)
+            {
                 let deviations = Deviations::of(&pictures);
                 print_row(estimator, samples, &pictures, &deviations);
                 if samples == SAMPLES[1] && (estimator == COMBINED || name == SCENES[0].0) {
@@ -194,7 +198,7 @@ fn print_head(name: &str, [width, height]: [u32; 2]) {
         print!("{:>15}", format!("{} %", tidy(100.0 - 100.0 * share)));
     }
     println!("   beyond 99.9 %, %:  loose     means");
-    print!("estimator      walks  seeds");
+    print!("estimator       rays  seeds");
     for share in SHARES {
         print!("{:>15}", tidy(100.0 * share));
     }
@@ -206,8 +210,8 @@ fn tidy(percentage: f64) -> f64 {
     (1e6 * percentage).round() / 1e6
 }
 
-fn print_row(estimator: &str, walks: u64, pictures: &[Picture], deviations: &Deviations) {
-    print!("{estimator:14} {walks:5} {:6}", pictures.len());
+fn print_row(estimator: &str, samples: u64, pictures: &[Picture], deviations: &Deviations) {
+    print!("{estimator:14} {samples:5} {:6}", pictures.len());
     let quantile = |share| student_t(share, REPLICATES - 1);
     for share in SHARES {
         let Estimate { mean, standard_error, .. } = deviations.beyond(quantile(share));

@@ -21,7 +21,9 @@ mod walk;
 mod weighting;
 
 pub use groups::{Bracket, GroupSummary};
-pub use image::{Estimator, ImageSettings, Keeper, Rendering, SHARE_WITHIN, render, render_on};
+pub use image::{
+    Estimator, ImageSettings, Keeper, Rendering, SHARE_WITHIN, render, render_on, walks_per_sample,
+};
 pub use local::{SensorEstimator, SensorSettings, Survey, illuminance, luminance};
 pub use radiosity::{Exchange, MAX_PATCHES, RadiositySettings};
 pub use receiver::Receiver;

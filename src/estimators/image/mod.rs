@@ -9,7 +9,9 @@ use crate::math::Randomness;
 use crate::scene::{Camera, Film, Filter, Scene};
 use crate::{Error, Result};
 
-use self::pass::{Pass, walks_per_sample};
+pub use self::pass::walks_per_sample;
+
+use self::pass::Pass;
 use super::connect::Light;
 use super::replicates::{Control, Ending, Observer, REPLICATES, Stop};
 use super::walk::Launcher;

@@ -32,8 +32,8 @@ const EYE: u64 = 2;
 const GATHER: u64 = 3;
 const PICK: u64 = 4;
 
-/// Gives how many walks, or paths, a sample takes.
-pub(super) fn walks_per_sample(estimator: &Estimator) -> usize {
+/// Gives how many walks, or paths, a sample of a pixel takes, which is one eye ray.
+pub fn walks_per_sample(estimator: &Estimator) -> usize {
     match estimator {
         Estimator::DoubleLocal(_) => cloud::WALKS,
         Estimator::Path => PATHS_PER_SAMPLE,
