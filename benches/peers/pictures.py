@@ -3,14 +3,14 @@
     pip install mitsuba numpy scipy matplotlib
     cargo build --release
     python benches/peers/pictures.py target/release/harmolux data/scenes/cornell_head.toml [--size 128x128] [--steps 4] [--seeds 3] [--plot FILE.svg]
-        [--walks 8192] [--spp 4096] [--estimators double-local,path] [--filter box] [--without-curves]
+        [--rays 1024] [--spp 4096] [--estimators double-local,path] [--filter box] [--without-curves]
 
 First long runs in 32 parts of Mitsuba and of each estimator (double-local-a and double-local-b too): the means of the pictures must agree within 0.2 per cent, and
 all pixels jointly, |a - b| <= t(0.001/n; 31) sqrt(se_a^2 + se_b^2), with the errors that Harmolux claims and those of Mitsuba's parts. Then short runs of growing size in
 turns; their relMSE = mean((x - r)^2 / (r^2 + 1e-4 mean(r)^2)) of the luminance against the mean r of the first estimator's long run and Mitsuba's, less what the error
 of that mean adds. Times are without start and compilation: the `seconds` of our JSON, and the call of Mitsuba after one of the same size.
 
-A pixel on an edge of a bright lamp is decided by few samples: with less than some thousand walks a pixel its error is not known well enough for the joint test.
+A pixel on an edge of a bright lamp is decided by few samples: with less than some hundred eye rays its error is not known well enough for the joint test.
 
 SH objects are triangles for Mitsuba, 327 680 of them, with smooth normals. Its sampler and the start of its roulette are the fastest of a few.
 """
@@ -36,7 +36,7 @@ def arguments():
     parser.add_argument("--size", default="128x128")
     parser.add_argument("--steps", type=int, default=4)
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--walks", type=int, default=8192, help="walks per pixel of our long run")
+    parser.add_argument("--rays", type=int, default=1024, help="eye rays per pixel of our long run; each has 32 walks, or 8 paths")
     parser.add_argument("--spp", type=int, default=4096, help="paths per pixel of Mitsuba's long run")
     parser.add_argument("--estimators", default="double-local,path")
     parser.add_argument("--filter", choices=("box", "tent"), default="box")
@@ -61,8 +61,9 @@ class Harmolux:
     def __init__(self, options):
         self.options, self.folder = options, tempfile.TemporaryDirectory()
 
-    def run(self, walks, seed, estimator):
+    def run(self, rays, seed, estimator):
         """Seconds, luminance and its standard error, and the relative error of the mean of the picture."""
+        walks = rays * (8 if estimator == "path" else 32)
         out = os.path.join(self.folder.name, "picture.exr")
         command = [self.options.tool, "--json", "render", self.options.scene, "--seed", str(seed), "--size", self.options.size, "-o", out, "--force"]
         sets = {"stop": f"{{ walks = {walks} }}", "estimator": f'"{estimator}"', "filter": f'"{self.options.filter}"'}
@@ -139,8 +140,8 @@ def long_runs(ours, peer, options):
     b_mean_error = means.std(ddof=1) / np.sqrt(PARTS) / means.mean()
     first = None
     for estimator in options.estimators.split(","):
-        seconds, a, a_error, a_mean_error = ours.run(options.walks, 7001, estimator)
-        print(f"Harmolux {estimator}: {options.walks} walks a pixel, {seconds:.1f} s, relMSE by its own errors {relative(a + a_error, a):.2e}")
+        seconds, a, a_error, a_mean_error = ours.run(options.rays, 7001, estimator)
+        print(f"Harmolux {estimator}: {options.rays} eye rays a pixel, {seconds:.1f} s, relMSE by its own errors {relative(a + a_error, a):.2e}")
         compare(a, a_error, b, b_error, np.hypot(a_mean_error, b_mean_error))
         first = first or (a, a_error)
     a, a_error = first
@@ -161,11 +162,11 @@ def main():
     sampler, roulette = peer.best_settings(reference)
     print(f"Mitsuba's fastest: {sampler}, roulette from depth {roulette} on; the reference adds {floor:.1e}, which is taken off")
     runs = [
-        (f"Harmolux {name}", lambda n, k, name=name: ours.run(n, k, name)[:2], lambda step: 16 << (2 * step))
+        (f"Harmolux {name}", lambda n, k, name=name: ours.run(n, k, name)[:2], lambda step: 2 << (2 * step))
         for name in options.estimators.split(",")
     ] + [(f"Mitsuba, {sampler}", lambda n, k: peer.run(n, k, sampler, roulette), lambda step: 16 << (2 * step))]
     curves = {name: [] for name, *_ in runs}
-    print("program                  walks or paths a pixel    seconds      relMSE   relMSE x s")
+    print("program                  eye rays a pixel    seconds      relMSE   relMSE x s")
     for step in range(options.steps):
         found = {name: [] for name, *_ in runs}
         for name, run, work in runs:
@@ -177,7 +178,7 @@ def main():
             seconds = np.median([t for t, _ in found[name]])
             error = max(np.mean([relative(x, reference) for _, x in found[name]]) - floor, 1e-12)
             curves[name].append((seconds, error))
-            print(f"{name:24} {work(step):22} {seconds:10.3f} {error:11.3e} {seconds * error:12.3e}", flush=True)
+            print(f"{name:24} {work(step):16} {seconds:10.3f} {error:11.3e} {seconds * error:12.3e}", flush=True)
     # The least error that all have reached.
     target = max(min(e for _, e in curve) for curve in curves.values())
     print()

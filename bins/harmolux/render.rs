@@ -8,6 +8,7 @@ use clap::Args;
 use harmolux::estimators::{
     Ending, Estimator, ImageSettings, Keeper, Rendering, SHARE_WITHIN, Stop, Weighting, render_on,
 };
+use harmolux::io::output::Output;
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec, split_override};
 use harmolux::math::Randomness;
 use harmolux::scene::{Camera, Layer, Scene, Window};
@@ -111,10 +112,10 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     interrupt::listen();
     let (film, mut kept) = place.take(&file, &camera, &settings)?;
     let meter = Meter::start("rendering", ERROR);
-    let encode = |image: Image, rendering: &Rendering| {
-        image.encode(rendering, &loaded.scene, &camera, &file, &settings)
+    let write = |image: Image, output: &Output, rendering: &Rendering| {
+        image.write(output, rendering, &loaded.scene, &camera, &file, &settings)
     };
-    let mut save = |so_far: &Rendering| kept.save(so_far, &outputs, &encode);
+    let mut save = |so_far: &Rendering| kept.save(so_far, &outputs, &write);
     let keeper = Keeper { every: Kept::every(&file), save: &mut save };
     let rendering =
         render_on(&loaded.scene, &camera, &settings, film, &|p| meter.show(p), Some(keeper))
@@ -123,9 +124,8 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     kept.keep(&rendering);
     let mut written = Vec::new();
     for (image, output) in outputs {
-        let path = output.path().to_owned();
-        output.write(&encode(image, &rendering)?)?;
-        written.push(path);
+        write(image, &output, &rendering)?;
+        written.push(output.path().to_owned());
     }
     kept.end(&rendering);
     warn(&rendering);

@@ -115,13 +115,11 @@ impl Kept {
         &mut self,
         rendering: &Rendering,
         outputs: &[(Image, Output)],
-        encode: &dyn Fn(Image, &Rendering) -> Result<Vec<u8>>,
+        write: &dyn Fn(Image, &Output, &Rendering) -> Result<()>,
     ) {
         if self.write(&rendering.film) {
             for (image, output) in outputs {
-                let written = encode(*image, rendering)
-                    .and_then(|bytes| output.write_with(&mut |to| to.write_all(&bytes)));
-                if let Err(error) = written {
+                if let Err(error) = write(*image, output, rendering) {
                     say::warning(&format!("the picture so far was not written: {error}"));
                 }
             }

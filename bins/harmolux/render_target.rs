@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use harmolux::Result;
 use harmolux::estimators::{Estimator, ImageSettings, Rendering, Weighting};
-use harmolux::io::images::{Attribute, Exr, png};
+use harmolux::io::images::{Attribute, Computed, Exr, computed_colour, png};
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::{RenderSpec, SceneFile};
 use harmolux::scene::{Camera, Film, FirstHits, Layer, Scene};
@@ -22,22 +22,29 @@ pub(crate) enum Image {
 }
 
 impl Image {
-    /// Encodes a rendering in this form.
-    pub(crate) fn encode(
+    /// Writes a rendering in this form.
+    pub(crate) fn write(
         self,
+        output: &Output,
         rendering: &Rendering,
         scene: &Scene,
         camera: &Camera,
         file: &SceneFile,
         settings: &ImageSettings,
-    ) -> Result<Vec<u8>> {
+    ) -> Result<()> {
         match self {
-            Self::Png => encode_png(rendering, &file.render),
+            Self::Png => {
+                let bytes = encode_png(rendering, &file.render)?;
+                output.write_with(&mut |to| to.write_all(&bytes))
+            }
             Self::Exr => {
+                let [width, height] = rendering.film.size();
                 let layers = file.render.layers.as_deref().unwrap_or(&Layer::ALL);
                 let hits = FirstHits { scene, camera, filter: settings.filter };
-                let exr = with_layers(measured(rendering)?, layers, &rendering.film, &hits)?;
-                described(exr, rendering, camera, file, settings)?.into_bytes()
+                let exr = with_shapes(Exr::new(width, height), layers, &hits)?;
+                let exr = described(exr, rendering, camera, file, settings)?;
+                let light = light(&rendering.film, layers);
+                output.write_with(&mut |to| exr.write(&light, to))
             }
         }
     }
@@ -67,25 +74,29 @@ fn encode_png(rendering: &Rendering, spec: &RenderSpec) -> Result<Vec<u8>> {
     Ok(image.bytes)
 }
 
-/// Takes what was measured: luminance and its standard error.
-fn measured(rendering: &Rendering) -> Result<Exr> {
-    let film = &rendering.film;
-    let [width, height] = film.size();
-    Exr::new(width, height)
-        .with_colour("", &film.image())?
-        .with_channel("stderr.Y", (0..width * height).map(|i| film.standard_error(i)))
+/// Gives the channels of the light, which are computed from the film as they are written: a film is large, and they would be half as much again.
+fn light<'a>(film: &'a Film, layers: &[Layer]) -> Vec<Computed<'a>> {
+    let error = |i| film.standard_error(i) as f32;
+    let mut light: Vec<Computed> = vec![("stderr.Y".to_owned(), Box::new(error))];
+    light.extend(computed_colour("", |i| film.pixel(i)));
+    if layers.contains(&Layer::Direct) {
+        light.extend(computed_colour("direct", |i| film.light(i).direct));
+    }
+    if layers.contains(&Layer::Indirect) {
+        light.extend(computed_colour("indirect", |i| film.light(i).indirect));
+    }
+    light
 }
 
-/// Adds the layers: those of the light from the film, those of the shapes from first hits.
-fn with_layers(exr: Exr, layers: &[Layer], film: &Film, hits: &FirstHits) -> Result<Exr> {
+/// Adds the layers of the shapes from first hits.
+fn with_shapes(exr: Exr, layers: &[Layer], hits: &FirstHits) -> Result<Exr> {
     let mut exr = exr;
     let three = |exr: Exr, names: [&str; 3], values: [Vec<f32>; 3]| {
         names.into_iter().zip(values).try_fold(exr, |exr, (n, v)| exr.with_samples(n, v))
     };
     for layer in Layer::ALL.into_iter().filter(|layer| layers.contains(layer)) {
         exr = match layer {
-            Layer::Direct => exr.with_colour("direct", &film.direct())?,
-            Layer::Indirect => exr.with_colour("indirect", &film.indirect())?,
+            Layer::Direct | Layer::Indirect => exr,
             Layer::Normal => three(exr, ["normal.X", "normal.Y", "normal.Z"], hits.normal())?,
             Layer::Albedo => three(exr, ["albedo.R", "albedo.G", "albedo.B"], hits.albedo())?,
             Layer::Depth => exr.with_samples("depth.Z", hits.depth())?,

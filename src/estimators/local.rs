@@ -87,7 +87,7 @@ const WALKS: u64 = 11;
 const GATHER: u64 = 12;
 
 /// Walks per replicate of the first round, and the most that are held in memory together.
-const FIRST_ROUND: u64 = 4;
+const FIRST_ROUND: u64 = 8;
 const LARGEST_BLOCK: u64 = 256;
 /// After how many walks a survey without any light counts as exact.
 const ENOUGH_IN_THE_DARK: u64 = 1 << 20;
@@ -296,6 +296,14 @@ struct Run<'a> {
     counters: Vec<Option<Counter<'a>>>,
 }
 
+/// The walks of one replicate that serve sensors together.
+struct Served<'w> {
+    replicate: usize,
+    indices: std::ops::Range<u64>,
+    walks: &'w [Walked<'w>],
+    clouds: &'w [Cloud<'w>],
+}
+
 impl<'a> Run<'a> {
     /// Adds the walks `first..first + count` of every replicate to every sensor; returns the flux that escaped.
     fn add_walks(&mut self, first: u64, count: u64, sums: &mut [[Sum; REPLICATES]]) -> f64 {
@@ -320,14 +328,15 @@ impl<'a> Run<'a> {
             let serve = |replicate: usize| -> Vec<Sum> {
                 let own = walks.get(replicate).map_or(&[][..], Vec::as_slice);
                 let clouds = clouds.get(replicate).map_or(&[][..], Vec::as_slice);
-                let sensors = from..from + sums.len();
-                sensors
-                    .map(|sensor| {
-                        let mut sum = Sum::default();
-                        self.serve(sensor, replicate, first..first + count, own, clouds, &mut sum);
-                        sum
-                    })
-                    .collect()
+                let mut batch = Batch::default();
+                let mut serve = |sensor: usize| {
+                    let mut sum = Sum::default();
+                    let served =
+                        Served { replicate, indices: first..first + count, walks: own, clouds };
+                    self.serve(sensor, served, &mut batch, &mut sum);
+                    sum
+                };
+                (from..from + sums.len()).map(&mut serve).collect()
             };
             let served: Vec<Vec<Sum>> = (0..REPLICATES).into_par_iter().map(serve).collect();
             for (replicate, served) in served.iter().enumerate() {
@@ -365,13 +374,11 @@ impl<'a> Run<'a> {
     }
 
     /// Adds a block of walks, or of paths when there are none, to one sensor of one replicate.
-    fn serve(
-        &self,
+    fn serve<'w>(
+        &'w self,
         sensor: usize,
-        replicate: usize,
-        indices: std::ops::Range<u64>,
-        walks: &[Walked],
-        clouds: &[Cloud],
+        Served { replicate, indices, walks, clouds }: Served<'w>,
+        batch: &mut Batch<'w>,
         sum: &mut Sum,
     ) {
         let Some(receiver) = &self.receivers[sensor] else { return };
@@ -400,7 +407,6 @@ impl<'a> Run<'a> {
             }
             SensorEstimator::Local(weighting) => {
                 let connector = Connector::new(self.scene, self.launcher, weighting);
-                let mut batch = Batch::default();
                 let effort = self.efforts[sensor];
                 let mut rays = effort.rays;
                 let asked = clouds.iter().map(|cloud| {
@@ -408,8 +414,7 @@ impl<'a> Run<'a> {
                     rays += count as u64;
                     (cloud, (0..count).map(move |k| stream(from + k as u64)))
                 });
-                let estimated =
-                    connector.estimate(&mut batch, receiver, &self.outlooks[sensor], asked);
+                let estimated = connector.estimate(batch, receiver, &self.outlooks[sensor], asked);
                 for (cloud, Estimated { light, connected }) in clouds.iter().zip(estimated) {
                     sum.spoilt += cloud.spoilt() as u64;
                     if light.is_finite() {

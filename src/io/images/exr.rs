@@ -4,20 +4,24 @@
 //! `OpenEXR` technical introduction asks. Equal images give equal bytes.
 
 use std::collections::BTreeMap;
-use std::io::Cursor;
+use std::io::{self, BufWriter, Cursor, Read, SeekFrom};
 use std::path::Path;
 
+use exr::block::lines::LineRefMut;
 use exr::image::read::read as reader;
-use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer};
-use exr::math::Vec2;
+use exr::image::write::samples::{SamplesWriter, WritableSamples};
+use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, Image, Layer};
+use exr::math::{RoundingMode, Vec2};
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, Compression, IntegerBounds, LineOrder, Text};
-use exr::meta::header::LayerAttributes;
+use exr::meta::attribute::{
+    AttributeValue, Compression, IntegerBounds, LevelMode, LineOrder, SampleType, Text,
+};
+use exr::meta::header::{Header, LayerAttributes};
 use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 
 use super::check_size;
 use crate::error::InputError;
-use crate::io::output::SOFTWARE;
+use crate::io::output::{ReadWriteSeek, SOFTWARE};
 use crate::math::Rgb;
 use crate::{Error, Result};
 
@@ -31,6 +35,25 @@ pub enum Attribute {
     /// A matrix of four rows.
     Matrix([[f32; 4]; 4]),
 }
+
+/// A channel that is computed when the image is written: its name, and what gives the value of a pixel, counted row by row from the top left.
+pub type Computed<'a> = (String, Box<dyn Fn(usize) -> f32 + Sync + 'a>);
+
+/// Makes the channels R, G, B and the luminance Y, computed, of the main layer ("") or of a named one.
+pub fn computed_colour<'a>(
+    layer: &str,
+    pixel: impl Fn(usize) -> Rgb + Copy + Sync + 'a,
+) -> [Computed<'a>; 4] {
+    COLOUR.map(|(channel, value)| -> Computed<'a> {
+        (channel_name(layer, channel), Box::new(move |i| value(&pixel(i)) as f32))
+    })
+}
+
+type ValueOf = fn(&Rgb) -> f64;
+
+/// The channels of a colour.
+const COLOUR: [(&str, ValueOf); 4] =
+    [("R", |p| p.0[0]), ("G", |p| p.0[1]), ("B", |p| p.0[2]), ("Y", |p| p.luminance())];
 
 impl From<&str> for Attribute {
     fn from(text: &str) -> Self {
@@ -97,11 +120,10 @@ impl Exr {
     /// # Errors
     /// [`Error::Parameter`] when the number of pixels does not fit the size, or a channel of that name is there already.
     pub fn with_colour(self, layer: &str, pixels: &[Rgb]) -> Result<Self> {
-        let name = |channel| channel_name(layer, channel);
-        self.with_channel(&name("R"), pixels.iter().map(|p| p.0[0]))?
-            .with_channel(&name("G"), pixels.iter().map(|p| p.0[1]))?
-            .with_channel(&name("B"), pixels.iter().map(|p| p.0[2]))?
-            .with_channel(&name("Y"), pixels.iter().map(|p| p.luminance()))
+        COLOUR.into_iter().try_fold(self, |exr, (channel, value)| {
+            let samples = pixels.iter().map(|p| value(p) as f32).collect();
+            exr.with_samples(&channel_name(layer, channel), samples)
+        })
     }
 
     /// Adds one channel; `name` is `LAYER.CHANNEL`, as `stderr.Y`. NaN and infinities are stored as they are.
@@ -110,14 +132,6 @@ impl Exr {
     /// As [`Exr::with_colour`].
     pub fn with_values(self, name: &str, values: &[f64]) -> Result<Self> {
         self.with_samples(name, values.iter().map(|v| *v as f32).collect())
-    }
-
-    /// Adds one channel as [`Exr::with_values`] does, value by value: a large image needs no memory for them all.
-    ///
-    /// # Errors
-    /// As [`Exr::with_colour`].
-    pub fn with_channel(self, name: &str, values: impl Iterator<Item = f64>) -> Result<Self> {
-        self.with_samples(name, values.map(|v| v as f32).collect())
     }
 
     /// Adds one channel as it will be stored.
@@ -168,21 +182,31 @@ impl Exr {
     /// # Errors
     /// [`Error::Parameter`] when there is no channel; [`Error::Numeric`] with the encoder's complaint.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
-        self.clone().into_bytes()
+        let mut bytes = Cursor::new(Vec::new());
+        self.write(&[], &mut bytes).map_err(|e| match e.kind() {
+            io::ErrorKind::InvalidInput => Error::Parameter(e.to_string()),
+            _ => Error::Numeric(e.to_string()),
+        })?;
+        Ok(bytes.into_inner())
     }
 
-    /// Encodes the image without a copy of its channels.
+    /// Writes the image, with computed channels more, block by block: it needs no memory beyond that of the stored channels. The file begins where `to` does.
     ///
     /// # Errors
-    /// As [`Exr::to_bytes`].
-    pub fn into_bytes(mut self) -> Result<Vec<u8>> {
-        if self.channels.is_empty() {
-            return Err(Error::Parameter("an image needs at least one channel".to_owned()));
+    /// [`io::ErrorKind::InvalidInput`] when there is no channel, or one twice; what `to` refuses, or the encoder's complaint.
+    pub fn write(&self, computed: &[Computed], to: &mut dyn ReadWriteSeek) -> io::Result<()> {
+        let stored = self.channels.iter().map(|(name, samples)| (name, Samples::Stored(samples)));
+        let computed = computed.iter().map(|(name, value)| (name, Samples::Computed(value)));
+        let mut channels: Vec<_> = stored.chain(computed).collect();
+        channels.sort_by_key(|(name, _)| *name);
+        let refuse = |why: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, why.to_owned()));
+        if channels.is_empty() {
+            return refuse("an image needs at least one channel");
         }
-        let attributes = self.layer_attributes();
-        let channels = std::mem::take(&mut self.channels)
-            .into_iter()
-            .map(|(name, samples)| AnyChannel::new(text(&name), FlatSamples::F32(samples)));
+        if let Some(twice) = channels.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+            return refuse(&format!("`{}` cannot name two channels", twice[0].0));
+        }
+        let channels = channels.into_iter().map(|(name, s)| AnyChannel::new(text(name), s));
         let encoding = Encoding {
             compression: Compression::ZIP16,
             blocks: Blocks::ScanLines,
@@ -190,17 +214,18 @@ impl Exr {
         };
         let layer = Layer::new(
             (self.width, self.height),
-            attributes,
+            self.layer_attributes(),
             encoding,
             AnyChannels::sort(channels.collect()),
         );
-        let mut bytes = Cursor::new(Vec::new());
         let mut image = Image::from_layer(layer);
         let whole = self.whole.unwrap_or([self.width, self.height]);
         image.attributes.display_window = IntegerBounds::from_dimensions((whole[0], whole[1]));
-        let written = image.write().to_buffered(&mut bytes);
-        let sorted = written.map(|()| sort_attributes(bytes.into_inner()));
-        sorted.map_err(|e| Error::Numeric(format!("the EXR encoder failed: {e}")))
+        image.write().to_buffered(BufWriter::new(&mut *to)).map_err(|e| match e {
+            exr::error::Error::Io(e) => e,
+            e => io::Error::other(format!("the EXR encoder failed: {e}")),
+        })?;
+        sort_attributes(to)
     }
 
     fn layer_attributes(&self) -> LayerAttributes {
@@ -326,21 +351,74 @@ fn string(value: &Text) -> String {
     String::from_utf8_lossy(value.as_slice()).into_owned()
 }
 
+/// Where samples come from when they are written.
+enum Samples<'a> {
+    Stored(&'a [f32]),
+    Computed(&'a (dyn Fn(usize) -> f32 + Sync)),
+}
+
+/// Writes them line by line.
+struct Lines<'a> {
+    width: usize,
+    samples: &'a Samples<'a>,
+}
+
+impl<'a> WritableSamples<'a> for Samples<'_> {
+    type Writer = Lines<'a>;
+
+    fn sample_type(&self) -> SampleType {
+        SampleType::F32
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&'a self, header: &Header) -> Lines<'a> {
+        Lines { width: header.layer_size.0, samples: self }
+    }
+}
+
+impl SamplesWriter for Lines<'_> {
+    fn extract_line(&self, line: LineRefMut) {
+        let Vec2(x, y) = line.location.position;
+        let first = y * self.width + x;
+        let written = match self.samples {
+            Samples::Stored(samples) => line.write_samples(|i| samples[first + i]),
+            Samples::Computed(value) => line.write_samples(|i| value(first + i)),
+        };
+        written.expect("a line is as long as what is written there");
+    }
+}
+
 /// Puts the header's attributes in a fixed order, `software` first: the encoder takes them from a hash map, so equal images would
 /// give different bytes and the mark of this program could stand anywhere. The header keeps its length, so all offsets hold.
-fn sort_attributes(mut bytes: Vec<u8>) -> Vec<u8> {
+fn sort_attributes(file: &mut dyn ReadWriteSeek) -> io::Result<()> {
     // The header follows 4 bytes of magic number and 4 of version, and ends with an empty name.
-    const START: usize = 8;
-    let mut attributes = Vec::new();
-    let mut rest = bytes.get(START..).unwrap_or_default();
-    while let Some(length) = attribute_length(rest) {
-        attributes.push(rest[..length].to_vec());
-        rest = &rest[length..];
-    }
+    const START: u64 = 8;
+    let mut bytes = Vec::new();
+    let mut attributes = loop {
+        // As much again as there is, until the end of the header is in it.
+        let more = (bytes.len() as u64).max(1 << 12);
+        file.seek(SeekFrom::Start(START + bytes.len() as u64))?;
+        let found = (&mut *file).take(more).read_to_end(&mut bytes)?;
+        let mut attributes = Vec::new();
+        let mut rest = bytes.as_slice();
+        while let Some(length) = attribute_length(rest) {
+            attributes.push(&rest[..length]);
+            rest = &rest[length..];
+        }
+        if rest.first() == Some(&0) {
+            break attributes.into_iter().map(<[u8]>::to_vec).collect::<Vec<_>>();
+        }
+        if found == 0 {
+            return Err(io::Error::other("the EXR encoder wrote a header without an end"));
+        }
+    };
     attributes.sort_by_key(|a| (!a.starts_with(b"software\0"), a.clone()));
-    let header = attributes.concat();
-    bytes.splice(START..START + header.len(), header);
-    bytes
+    file.seek(SeekFrom::Start(START))?;
+    file.write_all(&attributes.concat())?;
+    file.seek(SeekFrom::End(0)).map(drop)
 }
 
 /// Measures the attribute at the start of `bytes` (name, type, length, value); `None` at the end of the header.
@@ -396,6 +474,21 @@ mod tests {
         assert_eq!(read.attribute("software"), Some(&SOFTWARE.into()));
         assert_eq!(read.attribute("seed"), Some(&u64::MAX.to_string().into()));
         assert_eq!((read.channel("Z"), read.attribute("author")), (None, None));
+    }
+
+    #[test]
+    fn computed_channels_are_written_as_stored_ones() {
+        let pixels = pixels();
+        let mut light = Vec::from(computed_colour("direct", |i| pixels[i]));
+        light.push(("Z".to_owned(), Box::new(|i| i as f32)));
+        let mut bytes = Cursor::new(Vec::new());
+        image().write(&light, &mut bytes).expect("written");
+        let stored = image().with_colour("direct", &pixels).expect("fits");
+        let stored = stored.with_values("Z", &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]).expect("fits");
+        assert_eq!(bytes.into_inner(), stored.to_bytes().expect("encoded"));
+        let twice: [Computed; 1] = [("Y".to_owned(), Box::new(|_| 0.0))];
+        let refused = image().write(&twice, &mut Cursor::new(Vec::new())).expect_err("refused");
+        assert_eq!(refused.to_string(), "`Y` cannot name two channels");
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! Files that belong to one run from its beginning on.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind};
 use std::path::Path;
 
-use super::Output;
 use super::lock::{Lock, stands};
+use super::{Output, ReadWriteSeek};
 use crate::{Error, Result};
 
 /// How often a file may be replaced in the moment between opening and locking it; once is rare.
@@ -80,7 +80,7 @@ impl Claim {
     /// As [`Output::write`].
     pub fn write_with(
         &mut self,
-        fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>,
+        fill: &mut dyn FnMut(&mut dyn ReadWriteSeek) -> io::Result<()>,
     ) -> Result<()> {
         self.file = self.output.put(fill)?;
         Ok(())

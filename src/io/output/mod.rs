@@ -8,7 +8,7 @@ mod lock;
 mod unfinished;
 
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -21,6 +21,11 @@ use kind::{MARKED_WITHIN, Mark};
 
 /// Names this program and its version, as written into files.
 pub const SOFTWARE: &str = concat!("harmolux ", env!("CARGO_PKG_VERSION"));
+
+/// A file that can be read and written anywhere.
+pub trait ReadWriteSeek: Read + Write + Seek {}
+
+impl<T: Read + Write + Seek> ReadWriteSeek for T {}
 
 /// Promises that a file can be written, and writes it whole.
 ///
@@ -87,12 +92,15 @@ impl Output {
     ///
     /// # Errors
     /// As [`Output::write`].
-    pub fn write_with(&self, fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+    pub fn write_with(
+        &self,
+        fill: &mut dyn FnMut(&mut dyn ReadWriteSeek) -> io::Result<()>,
+    ) -> Result<()> {
         self.put(fill).map(drop)
     }
 
     /// Writes the file and gives it, locked.
-    fn put(&self, fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>) -> Result<File> {
+    fn put(&self, fill: &mut dyn FnMut(&mut dyn ReadWriteSeek) -> io::Result<()>) -> Result<File> {
         let temporary = self.fill(fill).map_err(|e| Error::io(&self.path, "write", e))?;
         if let Err(reason) = self.check_present() {
             return Err(self.keep(temporary, &reason));
@@ -164,7 +172,7 @@ impl Output {
 
     fn fill(
         &self,
-        fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>,
+        fill: &mut dyn FnMut(&mut dyn ReadWriteSeek) -> io::Result<()>,
     ) -> io::Result<NamedTempFile> {
         let mut temporary = self.temporary()?;
         fill(&mut temporary)?;
