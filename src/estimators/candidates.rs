@@ -14,22 +14,36 @@ pub(super) struct Candidates {
     plane: Option<Plane>,
     /// What the diffuse nodes bring to the plane.
     diffuse: Vec<Weighed>,
-    /// What the other nodes bring, and by what they are drawn; all nodes when the receiver is no plane.
+    /// What the other nodes bring, and by what they are drawn; all nodes when the receiver is no plane. Of many, one in every `stride` stands for its neighbours.
     others: Vec<(Light, f64)>,
+    stride: usize,
+    first: usize,
+    /// Where drawing starts, 0 to 1.
+    start: f64,
+}
+
+/// How nodes are weighed.
+pub(super) struct Choice {
+    /// Up to which K diffuse nodes are connected in full, 1/m2.
+    pub(super) limit: f64,
+    /// About how many of the other nodes are weighed.
+    pub(super) most: usize,
+    /// A random number, 0 to 1.
+    pub(super) random: f64,
 }
 
 /// How often a start is drawn, as a part of what it brings, on a light that seems to be seen whole: a ray to it hardly tells anything new.
 const WHOLLY_SEEN: f64 = 0.125;
 
 impl Candidates {
-    /// Weighs the nodes of a cloud, diffuse ones with K up to `limit`, the others by `weigh`, and returns what all bring, but for the `known` share of the light of
-    /// starts.
+    /// Weighs the nodes of a cloud, diffuse ones by their K, the others by `weigh`, and returns what all bring, but for the `known` share of the light of
+    /// starts. Of many others some are weighed, evenly spread from a random place.
     pub(super) fn weigh(
         &mut self,
         level: Level,
         receiver: &Receiver,
         cloud: &Cloud,
-        limit: f64,
+        Choice { limit, most, random }: Choice,
         weigh: impl Fn(&Node) -> Rgb,
         known: impl Fn(&Node) -> f64,
     ) -> Light {
@@ -40,8 +54,11 @@ impl Candidates {
             all.indirect = cloud.weigh(level, plane, limit, &mut self.diffuse);
         }
         self.others.clear();
-        for node in self.others_of(cloud) {
-            let light = weigh(node);
+        self.stride = self.others_of(cloud).len().div_ceil(most).max(1);
+        let places = random * self.stride as f64;
+        (self.first, self.start) = (places as usize, places.fract());
+        for node in self.weighed_others(cloud) {
+            let light = weigh(node) * self.stride as f64;
             let luminance = light.luminance();
             self.others.push(if node.start_density.is_some() {
                 let known = known(node);
@@ -60,19 +77,21 @@ impl Candidates {
         if self.plane.is_some() { cloud.others() } else { cloud.nodes() }
     }
 
-    /// Hands `take` about `count` nodes, drawn at even distances from a random `start` (0 to 1) along the sum of their luminances: each with as much light that the mean
-    /// over starts is all.
-    pub(super) fn draw(
+    /// Gives the others that are weighed.
+    fn weighed_others<'c, 'a>(
         &self,
-        cloud: &Cloud,
-        count: usize,
-        start: f64,
-        mut take: impl FnMut(&Node, Light),
-    ) {
+        cloud: &'c Cloud<'a>,
+    ) -> impl Iterator<Item = &'c Node<'a>> + use<'c, 'a> {
+        self.others_of(cloud).iter().skip(self.first).step_by(self.stride)
+    }
+
+    /// Hands `take` about `count` nodes, drawn at even distances from a random start along the sum of their luminances: each with as much light that the mean
+    /// over starts is all.
+    pub(super) fn draw(&self, cloud: &Cloud, count: usize, mut take: impl FnMut(&Node, Light)) {
         let others = self.others.iter().map(|(_, weight)| *weight);
         let total = self.diffuse.iter().map(|block| block.total).chain(others).sum::<f64>();
         let step = total / count as f64;
-        let mut draw = Draw { next: start * step, step, sum: 0.0 };
+        let mut draw = Draw { next: self.start * step, step, sum: 0.0 };
         if let Some(plane) = &self.plane {
             for (block, weighed) in self.diffuse.iter().enumerate() {
                 if draw.passes(weighed.total) {
@@ -87,7 +106,7 @@ impl Candidates {
                 }
             }
         }
-        for (node, (light, weight)) in self.others_of(cloud).iter().zip(&self.others) {
+        for (node, (light, weight)) in self.weighed_others(cloud).zip(&self.others) {
             if let Some(scale) = draw.scale(*weight) {
                 take(node, *light * scale);
             }

@@ -28,7 +28,7 @@ use crate::surface::Hit;
 
 pub(super) use crate::scene::Light;
 
-use super::candidates::Candidates;
+use super::candidates::{Candidates, Choice};
 use super::cloud::Cloud;
 use super::direct;
 use super::flat_lights::Outlook;
@@ -98,6 +98,10 @@ struct Connection {
 /// as many take as much time to a given error.
 const WALKS_TO_A_RAY: usize = 2;
 const CONNECTED_BEYOND: usize = 2;
+
+/// How many nodes that no lane can weigh are weighed one by one at a receiver, and at what a gathering ray has found.
+const WEIGHED: usize = 48;
+const WEIGHED_BEYOND: usize = 8;
 
 impl<'a> Connector<'a> {
     /// Prepares for a scene whose walks `launcher` starts.
@@ -191,18 +195,23 @@ impl<'a> Connector<'a> {
         }
         if cloud.walks() > 0 {
             let mean = 1.0 / cloud.walks() as f64;
+            let choice = Choice {
+                limit: self.weighting.limit(first),
+                most: if first { WEIGHED } else { WEIGHED_BEYOND },
+                random: *start,
+            };
             let all = candidates.weigh(
                 self.level,
                 receiver,
                 cloud,
-                self.weighting.limit(first),
+                choice,
                 |node| self.unhindered(receiver, node, first).unwrap_or(Rgb::BLACK),
                 |node| share(outlook, node.vertex.object),
             );
             *connected = *connected + all * mean;
             let count =
                 if first { cloud.walks().div_ceil(WALKS_TO_A_RAY) } else { CONNECTED_BEYOND };
-            candidates.draw(cloud, count, *start, |node, brought| {
+            candidates.draw(cloud, count, |node, brought| {
                 let brought = brought * mean;
                 let to_node = node.vertex.hit.point - receiver.hit.point;
                 match receiver.hit.segment(&node.vertex.hit, to_node.normalize()) {
