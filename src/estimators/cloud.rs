@@ -133,12 +133,13 @@ impl<'a> Cloud<'a> {
         weighed: &mut [Weighed],
     ) -> Rgb {
         let mut sums = [f64x8::splat(simd, 0.0); 3];
+        let [red, blue] = Rgb::RED_AND_BLUE;
+        let (red, blue) = (f64x8::splat(simd, red), f64x8::splat(simd, blue));
         for (block, weighed) in self.blocks.iter().zip(weighed) {
             let kernel = block.kernels(simd, plane, limit);
             let [r, g, b] = block.light(simd, kernel, plane.factor);
             sums = [sums[0] + r, sums[1] + g, sums[2] + b];
-            let two = f64x8::splat(simd, 0.2126);
-            let luminance = (r - g).mul_add(two, (b - g).mul_add(f64x8::splat(simd, 0.0722), g));
+            let luminance = (r - g).mul_add(red, (b - g).mul_add(blue, g));
             weighed.kernels = kernel.into();
             weighed.luminances = luminance.into();
             weighed.total = total(luminance);

@@ -28,14 +28,10 @@ impl Weighting {
 
     /// Gives the share of the connection to a hit of a walk, for the first estimate or for one that a gathering ray led to.
     pub(super) fn share(&self, first: bool, kernel: f64, peak: f64) -> f64 {
-        match *self {
-            Self::Gather if first => 0.0,
-            Self::Walk | Self::Gather => 1.0,
-            Self::Bounded { bound } => (bound / (kernel * peak)).min(1.0),
-        }
+        (self.limit(first) / (kernel * peak)).min(1.0)
     }
 
-    /// Gives up to which K diffuse hits are connected: the share of a connection is that of min(K, limit) in K.
+    /// Gives up to which K s a hit is connected in full, 1/m2: of K s, min(K s, limit) is the share of the connection.
     pub(super) fn limit(&self, first: bool) -> f64 {
         match *self {
             Self::Gather if first => 0.0,
@@ -46,11 +42,7 @@ impl Weighting {
 
     /// Tells whether connections leave anything to the gathering ray of the first estimate, or of one that a gathering ray led to.
     pub(super) fn gathers(&self, first: bool) -> bool {
-        match self {
-            Self::Walk => false,
-            Self::Gather => first,
-            Self::Bounded { .. } => true,
-        }
+        self.limit(first).is_finite()
     }
 
     /// Gives the share of the connection to a walk's start, which has a known density p: the balance heuristic between that and the density of the

@@ -13,6 +13,9 @@ impl Rgb {
     /// One in every component.
     pub const WHITE: Self = Self([1.0; 3]);
 
+    /// How red and blue weigh in the luminance; green has the rest.
+    pub(crate) const RED_AND_BLUE: [f64; 2] = [0.2126, 0.0722];
+
     /// Makes a grey value.
     pub const fn grey(value: f64) -> Self {
         Self([value; 3])
@@ -23,7 +26,8 @@ impl Rgb {
     /// Written as a correction of green, so that a grey triple gives back its own value to the last bit.
     pub fn luminance(self) -> f64 {
         let [r, g, b] = self.0;
-        g + 0.2126 * (r - g) + 0.0722 * (b - g)
+        let [red, blue] = Self::RED_AND_BLUE;
+        g + red * (r - g) + blue * (b - g)
     }
 
     /// Gives the largest component.
