@@ -1,7 +1,8 @@
 //! How many rays gather for a sensor beside the walks that are connected to it.
 //!
 //! Connections to n walks leave the variance v / n, m gathering rays w / m. With c the cost of a ray in walks, the product of variance and time is least for m / n = sqrt(w / (c v)).
-//! Rays are planned when the walks have doubled, from what was seen before: what comes later has its weight whatever was seen, so it stays unbiased.
+//! Rays are planned when the walks have doubled, from what was seen before. What comes later has its weight whatever was seen, and random numbers of its own, as points of
+//! one scrambled sequence know of each other; so, given what came before, its mean is right.
 
 use super::cloud::WALKS;
 
@@ -17,6 +18,8 @@ const MOST: usize = 128;
 pub(super) struct Effort {
     /// Rays so far, in each replicate.
     pub(super) rays: u64,
+    /// How many of them there were when the last plan was made: where the numbers of the present plan begin.
+    pub(super) planned: u64,
     /// Rays to a cloud of [`WALKS`] walks, from now on.
     to_cloud: usize,
 }
@@ -24,7 +27,7 @@ pub(super) struct Effort {
 impl Default for Effort {
     /// As many rays as walks.
     fn default() -> Self {
-        Self { rays: 0, to_cloud: WALKS }
+        Self { rays: 0, planned: 0, to_cloud: WALKS }
     }
 }
 
@@ -36,6 +39,7 @@ impl Effort {
 
     /// Plans from the variances, over replicates of so many walks, of what connections and what rays brought.
     pub(super) fn plan(&mut self, walks: u64, connected: f64, gathered: f64) {
+        self.planned = self.rays;
         let (v, w) = (connected * walks as f64, gathered * self.rays as f64);
         let ratio = (w / (RAY * v)).sqrt();
         if ratio.is_finite() {
@@ -61,6 +65,6 @@ mod tests {
         // Nothing is known, nothing is changed.
         assert_eq!([planned(0.0, 0.0), planned(f64::NAN, 1.0)], [WALKS, WALKS]);
         assert_eq!(Effort::default().rays_for(4), 4);
-        assert_eq!(Effort { rays: 0, to_cloud: FEWEST }.rays_for(4), 1);
+        assert_eq!(Effort { to_cloud: FEWEST, ..Effort::default() }.rays_for(4), 1);
     }
 }

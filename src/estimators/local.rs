@@ -408,7 +408,9 @@ impl<'a> Run<'a> {
             SensorEstimator::Local(weighting) => {
                 let connector = Connector::new(self.scene, self.launcher, weighting);
                 let effort = self.efforts[sensor];
-                let mut rays = effort.rays;
+                let seed = hash([seed, effort.planned]);
+                let stream = |index| Stream::new(self.settings.randomness, seed, index);
+                let mut rays = effort.rays - effort.planned;
                 let asked = clouds.iter().map(|cloud| {
                     let (from, count) = (rays, effort.rays_for(cloud.taken()));
                     rays += count as u64;

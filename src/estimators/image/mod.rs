@@ -202,7 +202,7 @@ impl Rendering {
         });
         if !cancelled {
             pass.splat(camera, samples);
-            let escaped = pass.escaped;
+            let escaped = pass.escaped();
             self.film.add_escaped(escaped);
             self.film.add_pass(samples);
         }

@@ -1,5 +1,6 @@
 //! One sample of every pixel: walks from the lights, an eye ray for each pixel, and how the two are brought together.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use glam::DVec2;
@@ -47,9 +48,14 @@ pub(super) struct Pass<'a> {
     settings: &'a ImageSettings,
     /// Says which pixels take a sample, and its index.
     film: &'a Film,
-    clouds: Vec<Cloud<'a>>,
-    /// The mean flux per walk that left the scene.
-    pub(super) escaped: Rgb,
+    /// Each is made when the first pixel picks it: few pixels need few.
+    clouds: Vec<OnceLock<Made<'a>>>,
+}
+
+/// A cloud, and the flux of its walks that left the scene.
+struct Made<'a> {
+    cloud: Cloud<'a>,
+    escaped: Rgb,
 }
 
 impl<'a> Pass<'a> {
@@ -59,29 +65,40 @@ impl<'a> Pass<'a> {
         settings: &'a ImageSettings,
         film: &'a Film,
     ) -> Self {
-        let (count, weighting) = match settings.estimator {
-            Estimator::DoubleLocal(weighting) => (CLOUDS_PER_PASS * cloud::WALKS, weighting),
+        let (clouds, weighting) = match settings.estimator {
+            Estimator::DoubleLocal(weighting) => (CLOUDS_PER_PASS, weighting),
             Estimator::Path => (0, Weighting::Walk),
         };
+        let connector = Connector::new(scene, launcher, weighting);
+        let clouds = (0..clouds).map(|_| OnceLock::new()).collect();
+        Self { scene, connector, settings, film, clouds }
+    }
+
+    fn cloud(&self, index: usize) -> &Cloud<'a> {
+        &self.clouds[index].get_or_init(|| self.make(index)).cloud
+    }
+
+    fn make(&self, index: usize) -> Made<'a> {
+        let first = (self.film.round() as usize * CLOUDS_PER_PASS + index) * cloud::WALKS;
         let launch = |i: usize| {
-            let index = film.round() * count as u64 + i as u64;
-            let mut stream =
-                Stream::new(settings.randomness, seed_of(settings, film, WALKS), index);
+            let seed = seed_of(self.settings, self.film, WALKS);
+            let mut stream = Stream::new(self.settings.randomness, seed, i as u64);
             let mut nodes = Vec::new();
-            let escaped = launcher.walk(&mut stream, &mut nodes);
+            let escaped = self.connector.launcher.walk(&mut stream, &mut nodes);
             (nodes, escaped)
         };
-        let (walks, lost): (Vec<_>, Vec<_>) = (0..count).into_par_iter().map(launch).unzip();
-        let clouds = walks.chunks(cloud::WALKS);
-        let clouds = clouds.map(|walks| Cloud::new(walks.iter().map(Vec::as_slice))).collect();
-        Self {
-            scene,
-            connector: Connector::new(scene, launcher, weighting),
-            settings,
-            film,
-            clouds,
-            escaped: lost.into_iter().sum::<Rgb>() / count.max(1) as f64,
+        let (walks, escaped): (Vec<_>, Vec<_>) = (first..first + cloud::WALKS).map(launch).unzip();
+        Made {
+            cloud: Cloud::new(walks.iter().map(Vec::as_slice)),
+            escaped: escaped.into_iter().sum(),
         }
+    }
+
+    /// Gives the mean flux per walk that left the scene.
+    pub(super) fn escaped(&self) -> Rgb {
+        let made = || self.clouds.iter().filter_map(OnceLock::get);
+        let walks = (made().count() * cloud::WALKS).max(1);
+        made().map(|made| made.escaped).sum::<Rgb>() / walks as f64
     }
 
     /// Takes a sample of every pixel that does not rest. After each row `cancel` is told how many are done; when it says so, the pass is abandoned, which is returned.
@@ -124,8 +141,10 @@ impl<'a> Pass<'a> {
         if self.clouds.is_empty() || !self.scene.has_mirrors() {
             return;
         }
-        let nodes = self.clouds.iter().flat_map(Cloud::nodes);
-        let weight = 1.0 / self.clouds.iter().map(Cloud::walks).sum::<usize>() as f64;
+        let clouds: Vec<&Cloud> =
+            (0..self.clouds.len()).into_par_iter().map(|index| self.cloud(index)).collect();
+        let weight = 1.0 / clouds.iter().map(|cloud| cloud.walks()).sum::<usize>() as f64;
+        let nodes = clouds.into_iter().flat_map(Cloud::nodes);
         splat::add(self.scene, camera, self.settings.filter, nodes, weight, samples);
     }
 
@@ -193,7 +212,7 @@ impl<'a> Pass<'a> {
             }
             Estimator::DoubleLocal(_) => {
                 let picked = hash([seed_of(self.settings, self.film, PICK), pixel, index]);
-                let cloud = &self.clouds[picked as usize % CLOUDS_PER_PASS];
+                let cloud = self.cloud(picked as usize % CLOUDS_PER_PASS);
                 if cloud.spoilt() > 0 {
                     return Light::SPOILT;
                 }
