@@ -1,5 +1,6 @@
 //! Sobolev's problem, case A of the paper (Figure 2): the local estimate against the exact curve, and how its error falls with the number of
-//! walks, for scrambled Sobol points and for plain random numbers.
+//! walks: for scrambled Sobol points in 32 replicates, which give every value its error, for one sequence of as many points, which gives none, and for plain
+//! random numbers.
 //!
 //!     cargo run --release --example sobolev
 
@@ -8,7 +9,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use harmolux::Result;
-use harmolux::estimators::{SensorEstimator, SensorSettings, Stop, Survey, Weighting, illuminance};
+use harmolux::estimators::{
+    REPLICATES, SensorEstimator, SensorSettings, Stop, Survey, Weighting, illuminance,
+};
 use harmolux::exact::{Plane as Side, SobolevProblem};
 use harmolux::math::{Randomness, Rgb};
 use harmolux::scene::{Material, Object, PointLight, Scene, Sensor};
@@ -18,7 +21,7 @@ const RADII: [f64; 8] = [0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0];
 
 fn main() -> Result<()> {
     let (scene, exact) = (planes()?, SobolevProblem::default());
-    let survey = measure(&scene, Randomness::Sobol, 1 << 16)?;
+    let survey = measure(&scene, Randomness::Sobol, 1 << 16, 1)?;
     println!("   r       exact          E   95 % half width  in standard errors");
     for (r, result) in RADII.iter().zip(&survey.results) {
         let (e, reference) = (result.total, exact.illuminance(Side::Lower, *r)?);
@@ -30,14 +33,27 @@ fn main() -> Result<()> {
         );
     }
     println!(
-        "\nlargest |dE| / E(0) over r <= 3 (the paper's measure)\n  walks      Sobol     random"
+        "\nlargest |dE| / E(0) over r <= 3 (the paper's measure), root mean square over 128 runs"
     );
-    for power in [7, 9, 11, 13, 15] {
-        let error = |randomness| -> Result<f64> {
-            largest_error(&measure(&scene, randomness, 1 << power)?, &exact)
+    println!("  walks   Sobol, 32 replicates   Sobol, one sequence   random");
+    for walks in [32, 64, 128, 150, 256, 512, 1024, 2000, 4096, 8192] {
+        // The replicates of long runs are short runs, independent of each other.
+        let alone = |randomness| -> Result<f64> {
+            let long = |seed| measure(&scene, randomness, walks * REPLICATES as u64, seed);
+            let surveys = (1..=4).map(long).collect::<Result<Vec<Survey>>>()?;
+            let short = |survey: &Survey, k: usize| {
+                largest_error(survey.replicates.iter().map(|r| r[k]), &exact)
+            };
+            let short = &short;
+            rms(surveys.iter().flat_map(|s| (0..REPLICATES).map(move |k| short(s, k))))
         };
-        let (sobol, random) = (error(Randomness::Sobol)?, error(Randomness::Pseudorandom)?);
-        println!("{:7} {:8.3} % {:8.3} %", 1 << power, 100.0 * sobol, 100.0 * random);
+        let replicated = rms((1..=128).map(|seed| {
+            let survey = measure(&scene, Randomness::Sobol, walks, seed)?;
+            largest_error(survey.results.iter().map(|r| r.total.mean), &exact)
+        }))?;
+        let (sequence, random) = (alone(Randomness::Sobol)?, alone(Randomness::Pseudorandom)?);
+        let [replicated, sequence, random] = [replicated, sequence, random].map(|e| 100.0 * e);
+        println!("{walks:7} {replicated:20.3} % {sequence:19.3} % {random:6.3} %");
     }
     Ok(())
 }
@@ -54,22 +70,25 @@ fn planes() -> Result<Scene> {
     Scene::new(objects, vec![source])
 }
 
-fn measure(scene: &Scene, randomness: Randomness, walks: u64) -> Result<Survey> {
+fn measure(scene: &Scene, randomness: Randomness, walks: u64, seed: u64) -> Result<Survey> {
     let sensors = RADII.map(|r| Sensor::plane(DVec3::X * r, DVec3::Z));
     let settings = SensorSettings {
         estimator: SensorEstimator::Local(Weighting::Walk),
         randomness,
-        seed: 1,
+        seed,
         stop: Stop { walks: Some(walks), ..Stop::default() },
     };
     illuminance(scene, &sensors, &settings, &|_| ControlFlow::Continue(()))
 }
 
-fn largest_error(survey: &Survey, exact: &SobolevProblem) -> Result<f64> {
+fn largest_error(values: impl Iterator<Item = f64>, exact: &SobolevProblem) -> Result<f64> {
     let scale = exact.illuminance(Side::Lower, 0.0)?;
-    let near = RADII.iter().zip(&survey.results).filter(|(r, _)| **r <= 3.0);
-    near.map(|(r, result)| {
-        Ok((result.total.mean - exact.illuminance(Side::Lower, *r)?).abs() / scale)
-    })
-    .try_fold(0.0, |worst: f64, error: Result<f64>| Ok(worst.max(error?)))
+    let near = RADII.iter().zip(values).filter(|(r, _)| **r <= 3.0);
+    near.map(|(r, e)| Ok((e - exact.illuminance(Side::Lower, *r)?).abs() / scale))
+        .try_fold(0.0, |worst: f64, error: Result<f64>| Ok(worst.max(error?)))
+}
+
+fn rms(errors: impl Iterator<Item = Result<f64>>) -> Result<f64> {
+    let errors = errors.collect::<Result<Vec<f64>>>()?;
+    Ok((errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt())
 }

@@ -153,15 +153,15 @@ impl<'a> Launcher<'a> {
 
     /// Follows one walk and returns the ray and the flux with which it left the scene.
     fn run(&self, stream: &mut Stream, nodes: &mut Vec<Node<'a>>) -> Option<(Ray, Rgb)> {
-        let [pick, position @ ..] = stream.next_4d();
+        let [u, v, pick, along] = stream.next_4d();
         let (index, rest) = sampling::discrete(&self.cumulative, pick);
         let (mut ray, mut flux) = match self.sources[index] {
-            Source::Point(light) => self.leave_point(light, [position[0], position[1]]),
+            Source::Point(light) => self.leave_point(light, [u, v]),
             Source::Surface(emitter) => {
-                let start = self.start_on(emitter, DVec2::new(rest, position[0]))?;
+                let start = self.start_on(emitter, DVec2::new(rest, along))?;
                 nodes.push(start);
                 let direction = crate::math::Frame::about(start.vertex.hit.normal)
-                    .to_world(sampling::cosine_hemisphere([position[1], position[2]]));
+                    .to_world(sampling::cosine_hemisphere([u, v]));
                 (start.vertex.hit.leave(direction), start.flux)
             }
         };
