@@ -38,7 +38,7 @@ impl Object {
     }
 
     /// Tells whether any of its materials emits.
-    pub(super) fn emits(&self) -> bool {
+    pub fn emits(&self) -> bool {
         self.materials.iter().any(|m| !m.exitance.is_black())
     }
 }

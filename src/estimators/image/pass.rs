@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use glam::DVec2;
 use rayon::prelude::*;
 
-use crate::math::{Rgb, Stream, hash};
-use crate::scene::{Camera, Film, Scene, Vertex};
+use crate::math::{Aabb, Rgb, Stream, hash};
+use crate::scene::{Camera, Emitter, Film, Scene, Vertex};
 
 use super::super::cloud::{self, Cloud};
 use super::super::connect::{Batch, Connector, Light};
@@ -24,6 +24,8 @@ use super::{Estimator, ImageSettings, splat};
 const PATHS_PER_SAMPLE: usize = 8;
 /// Rays that gather for the walks of a sample.
 const RAYS_PER_SAMPLE: usize = 8;
+/// Eye rays of a sample that look for surfaces that shine themselves.
+const LOOKS_PER_SAMPLE: u32 = 16;
 /// Clouds of walks made for each pass; pixels pick theirs at random.
 const CLOUDS_PER_PASS: usize = 256;
 
@@ -48,6 +50,8 @@ pub(super) struct Pass<'a> {
     settings: &'a ImageSettings,
     /// Says which pixels take a sample, and its index.
     film: &'a Film,
+    /// Holds all that shines by itself.
+    lamps: Aabb,
     /// Each is made when the first pixel picks it: few pixels need few.
     clouds: Vec<OnceLock<Made<'a>>>,
 }
@@ -71,7 +75,9 @@ impl<'a> Pass<'a> {
         };
         let connector = Connector::new(scene, launcher, weighting);
         let clouds = (0..clouds).map(|_| OnceLock::new()).collect();
-        Self { scene, connector, settings, film, clouds }
+        let bounds = |emitter: &Emitter| scene.objects()[emitter.object].surface.bounds();
+        let lamps = scene.emitters().iter().map(bounds).fold(Aabb::EMPTY, Aabb::union);
+        Self { scene, connector, settings, film, lamps, clouds }
     }
 
     fn cloud(&self, index: usize) -> &Cloud<'a> {
@@ -160,17 +166,24 @@ impl<'a> Pass<'a> {
         let seed = hash([seed_of(self.settings, self.film, EYE), pixel]);
         let mut stream = Stream::new(self.settings.randomness, seed, index);
         let [u, v, mut roulette, _] = stream.next_4d();
-        let film = corner + 0.5 + self.settings.filter.sample([u, v]);
-        let Some(mut ray) = camera.ray(film) else { return Light::default() };
+        let film = |numbers| corner + 0.5 + self.settings.filter.sample(numbers);
         let (mut light, mut left) = (Light::default(), Rgb::WHITE);
+        if !self.lamps.is_empty() {
+            let places = lattice([u, v]).map(film);
+            let Some(emitted) = self.emitted(camera, batch, places) else { return Light::SPOILT };
+            light.direct += emitted;
+        }
+        let Some(mut ray) = camera.ray(film([u, v])) else { return light };
         for mirrors in 0.. {
             let Some(vertex) = self.scene.vertex(&ray) else { break };
             if !vertex.is_sound() {
                 return Light::SPOILT;
             }
-            // Direct is what has been reflected once at most.
-            let emitted = left * vertex.emitted();
-            *(if mirrors < 2 { &mut light.direct } else { &mut light.indirect }) += emitted;
+            // What shines straight has been looked at. Direct is what has been reflected once at most.
+            if mirrors > 0 {
+                let emitted = left * vertex.emitted();
+                *(if mirrors < 2 { &mut light.direct } else { &mut light.indirect }) += emitted;
+            }
             if vertex.albedo() > 0.0 {
                 let Light { direct, indirect } =
                     self.reflected(tracer, batch, &vertex, [pixel, index, mirrors], &mut stream);
@@ -185,6 +198,36 @@ impl<'a> Pass<'a> {
             [roulette, ..] = stream.next_4d();
         }
         light
+    }
+
+    /// Gives the mean luminance of what is seen, without mirrors, at places on the film to shine by itself; `None` when what is there has no sound place.
+    ///
+    /// A lamp is so bright that most of the error of a picture can be at its edges, if they are seen by as few rays as ask for reflected light.
+    fn emitted(
+        &self,
+        camera: &Camera,
+        batch: &mut Batch,
+        places: impl ExactSizeIterator<Item = DVec2>,
+    ) -> Option<Rgb> {
+        let count = places.len() as f64;
+        batch.rays.clear();
+        let rays = places.filter_map(|place| camera.ray(place));
+        batch.rays.extend(rays.filter(|ray| self.lamps.intersect(ray).is_some()));
+        batch.hits.clear();
+        batch.hits.resize(batch.rays.len(), None);
+        self.scene.hits(&batch.rays, &mut batch.hits);
+        let mut sum = Rgb::BLACK;
+        for (ray, hit) in batch.rays.iter().zip(&batch.hits) {
+            let Some((object, hit)) = hit else { continue };
+            if self.scene.objects()[*object].emits() {
+                let vertex = self.scene.refined_vertex(*object, hit, -ray.direction);
+                if !vertex.is_sound() {
+                    return None;
+                }
+                sum += vertex.emitted();
+            }
+        }
+        Some(sum / count)
     }
 
     /// Estimates the luminance that a vertex reflects, but for what it mirrors, seen from a pixel through so many mirrors.
@@ -224,6 +267,15 @@ impl<'a> Pass<'a> {
         };
         Light { direct: direct + mean.direct, indirect: mean.indirect }
     }
+}
+
+/// Gives a Hammersley set in the unit square that is shifted, round its edges, so that it begins with a given point.
+fn lattice([u, v]: [f64; 2]) -> impl ExactSizeIterator<Item = [f64; 2]> {
+    let share = f64::from(LOOKS_PER_SAMPLE).recip();
+    (0..LOOKS_PER_SAMPLE).map(move |k| {
+        let reversed = k.reverse_bits() >> (u32::BITS - LOOKS_PER_SAMPLE.ilog2());
+        [u + f64::from(k) * share, v + f64::from(reversed) * share].map(f64::fract)
+    })
 }
 
 /// Gives the seed of one use of random numbers in the pass that a film takes next.
