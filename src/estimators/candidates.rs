@@ -32,8 +32,9 @@ pub(super) struct Choice {
     pub(super) random: f64,
 }
 
-/// How often a start is drawn, as a part of what it brings, on a light that seems to be seen whole: a ray to it hardly tells anything new.
-const WHOLLY_SEEN: f64 = 0.125;
+/// Of starts on a light that seems to be seen whole one in so many stands for all, and is drawn so much more seldom than by what it brings: a ray to it hardly
+/// tells anything new.
+const SELDOM: usize = 8;
 
 impl Candidates {
     /// Weighs the nodes of a cloud, diffuse ones by their K, the others by `weigh`, and returns what all bring, but for the `known` share of the light of
@@ -56,15 +57,23 @@ impl Candidates {
         self.others.clear();
         self.stride = self.others_of(cloud).len().div_ceil(most).max(1);
         let places = random * self.stride as f64;
-        (self.first, self.start) = (places as usize, places.fract());
-        for node in self.weighed_others(cloud) {
-            let light = weigh(node) * self.stride as f64;
+        self.first = places as usize;
+        let seldom = places.fract() * SELDOM as f64;
+        self.start = seldom.fract();
+        for (number, node) in (seldom as usize..).zip(self.weighed_others(cloud)) {
+            let start = node.start_density.is_some();
+            let known = if start { known(node) } else { 0.0 };
+            let times = if known < 1.0 { 1 } else { SELDOM };
+            if !number.is_multiple_of(times) {
+                self.others.push((Light::default(), 0.0));
+                continue;
+            }
+            let light = weigh(node) * (self.stride * times) as f64;
             let luminance = light.luminance();
-            self.others.push(if node.start_density.is_some() {
-                let known = known(node);
+            self.others.push(if start {
                 all.direct += light * (1.0 - known);
-                let interest = if known < 1.0 { 1.0 } else { WHOLLY_SEEN };
-                (Light { direct: light, indirect: Rgb::BLACK }, luminance * interest)
+                let light = Light { direct: light, indirect: Rgb::BLACK };
+                (light, luminance / times as f64)
             } else {
                 all.indirect += light;
                 (Light { direct: Rgb::BLACK, indirect: light }, luminance)

@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use crate::math::{Aabb, Ray};
+use crate::surface::primitives::Rectangles;
 use crate::surface::{Bvh, Hit};
 
 use super::Object;
@@ -21,8 +22,11 @@ const BATCH: usize = 64;
 /// Finds the objects that a ray may meet.
 #[derive(Debug, Clone)]
 pub(super) struct Index {
-    /// The objects that every ray is put to, ascending: all while they are few, else the infinite ones and those around all others.
+    /// The objects that every ray is put to, ascending: all while they are few, else the infinite ones and those around all others. Rectangles are apart.
     everywhere: Vec<usize>,
+    /// Those of them that are rectangles, and what tells which of these a ray meets.
+    flat: Vec<usize>,
+    rectangles: Rectangles,
     /// The boxes of the rest.
     tree: Option<Bvh>,
 }
@@ -42,17 +46,30 @@ impl Index {
             // The tree leaves out what is empty.
             rest[i] = Aabb::EMPTY;
         }
-        Self { everywhere, tree: Some(Bvh::build(&rest)) }
+        Self::asking(objects, everywhere, Some(Bvh::build(&rest)))
     }
 
     /// Puts every ray to every object.
     fn asking_all(objects: &[Object]) -> Self {
-        Self { everywhere: (0..objects.len()).collect(), tree: None }
+        Self::asking(objects, (0..objects.len()).collect(), None)
+    }
+
+    /// Puts every ray to some objects, and the rest into a tree.
+    fn asking(objects: &[Object], mut everywhere: Vec<usize>, tree: Option<Bvh>) -> Self {
+        let rectangle = |i: &usize| objects[*i].surface.as_rectangle();
+        let flat = everywhere.iter().copied().filter(|i| rectangle(i).is_some());
+        let flat: Vec<usize> = flat.take(Rectangles::MOST).collect();
+        everywhere.retain(|i| !flat.contains(i));
+        let rectangles = Rectangles::new(&flat.iter().filter_map(rectangle).collect::<Vec<_>>());
+        Self { everywhere, flat, rectangles, tree }
     }
 
     /// Finds the first object along a ray.
     pub(super) fn hit(&self, objects: &[Object], ray: &Ray) -> Option<(usize, Hit)> {
         let (mut first, mut rest) = (None, *ray);
+        let mut met = [0];
+        self.rectangles.met(std::slice::from_ref(ray), &mut met);
+        self.first_of(objects, met[0], &mut first, &mut rest);
         for &index in &self.everywhere {
             let hit = objects[index].surface.hit(&rest);
             keep_first(&mut first, &mut rest, index, hit);
@@ -75,10 +92,16 @@ impl Index {
         }
         let mut rest = [Ray::new(DVec3::ZERO, DVec3::Z); BATCH];
         let mut hits = [None; BATCH];
+        let mut met = [0; BATCH];
         for (rays, answers) in rays.chunks(BATCH).zip(answers.chunks_mut(BATCH)) {
             let (rest, hits) = (&mut rest[..rays.len()], &mut hits[..rays.len()]);
             rest.copy_from_slice(rays);
+            let met = &mut met[..rays.len()];
             answers.fill(None);
+            self.rectangles.met(rays, met);
+            for ((met, first), rest) in met.iter().zip(&mut *answers).zip(&mut *rest) {
+                self.first_of(objects, *met, first, rest);
+            }
             for &index in &self.everywhere {
                 objects[index].surface.hits(rest, hits);
                 for ((first, rest), hit) in answers.iter_mut().zip(&mut *rest).zip(&*hits) {
@@ -93,7 +116,10 @@ impl Index {
 
     /// Tells whether a ray meets anything.
     pub(super) fn blocked(&self, objects: &[Object], ray: &Ray) -> bool {
-        self.everywhere.iter().any(|&index| objects[index].surface.blocked(ray))
+        let mut met = [0];
+        self.rectangles.met(std::slice::from_ref(ray), &mut met);
+        met[0] != 0
+            || self.everywhere.iter().any(|&index| objects[index].surface.blocked(ray))
             || self.blocked_in_tree(objects, ray)
     }
 
@@ -103,11 +129,34 @@ impl Index {
             *blocked = *blocked || self.blocked(objects, ray);
             return;
         }
+        let mut met = [0; BATCH];
+        for (rays, blocked) in rays.chunks(BATCH).zip(blocked.chunks_mut(BATCH)) {
+            let met = &mut met[..rays.len()];
+            self.rectangles.met(rays, met);
+            for (blocked, met) in blocked.iter_mut().zip(met) {
+                *blocked |= *met != 0;
+            }
+        }
         for &index in &self.everywhere {
             objects[index].surface.mark_blocked(rays, blocked);
         }
         for (ray, blocked) in rays.iter().zip(blocked) {
             *blocked = *blocked || self.blocked_in_tree(objects, ray);
+        }
+    }
+
+    /// Keeps the first of the rectangles that a ray meets, and ends it there.
+    fn first_of(
+        &self,
+        objects: &[Object],
+        mut met: u64,
+        first: &mut Option<(usize, Hit)>,
+        rest: &mut Ray,
+    ) {
+        while met != 0 {
+            let index = self.flat[met.trailing_zeros() as usize];
+            met &= met - 1;
+            keep_first(first, rest, index, objects[index].surface.hit(rest));
         }
     }
 
@@ -148,10 +197,12 @@ fn is_local(bounds: &Aabb) -> bool {
     !bounds.is_empty() && largest <= LARGEST
 }
 
-/// Keeps the hit of a later object when it is nearer than the first so far, and ends the ray there.
+/// Keeps the hit of an object when it is nearer than the first so far, or as near and of an earlier object, and ends the ray there.
 fn keep_first(first: &mut Option<(usize, Hit)>, rest: &mut Ray, index: usize, hit: Option<Hit>) {
     if let Some(hit) = hit
-        && first.is_none_or(|(_, best)| hit.distance < best.distance)
+        && first.is_none_or(|(other, best)| {
+            hit.distance < best.distance || (hit.distance == best.distance && index < other)
+        })
     {
         rest.t_max = hit.distance;
         *first = Some((index, hit));
@@ -168,7 +219,7 @@ mod tests {
     use crate::math::{Placement, Randomness, Rgb, Stream, sampling};
     use crate::scene::Material;
     use crate::sh::Coefficients;
-    use crate::surface::primitives::{AxisBox, Plane, Sphere};
+    use crate::surface::primitives::{AxisBox, Plane, Rectangle, Sphere};
     use crate::surface::{Instance, Intersector, SampleArea, ShSurface};
 
     fn grey() -> Material {
@@ -215,8 +266,13 @@ mod tests {
             let at = point(stream, 8.0);
             let [size, x, y, z] = stream.next_4d();
             let size = 10_f64.powf(-2.0 * size);
-            let new = match i % 4 {
+            let new = match i % 5 {
                 0 => ball(at, size),
+                3 => {
+                    let edge = size * DVec3::new(0.1 + x, y, z).normalize();
+                    let across = size * (0.1 + z) * edge.any_orthonormal_vector();
+                    object(Rectangle::new(at, edge, across).expect("valid"))
+                }
                 1 => object(cube(at, at + size * DVec3::new(0.1 + x, 0.1 + y, 0.1 + z))),
                 2 => {
                     let turn = DQuat::from_xyzw(x - 0.5, y, z, size);
@@ -245,7 +301,12 @@ mod tests {
 
     /// Holds an index to the answers of asking all, one by one and by batches.
     fn check(objects: &[Object], index: &Index, rays: &[Ray]) -> [usize; 2] {
-        let all = Index::asking_all(objects);
+        let all = Index {
+            everywhere: (0..objects.len()).collect(),
+            flat: vec![],
+            rectangles: Rectangles::new(&[]),
+            tree: None,
+        };
         let mut hits = vec![None; rays.len()];
         index.hits(objects, rays, &mut hits);
         let mut blocked: Vec<bool> = (0..rays.len()).map(|i| i.is_multiple_of(7)).collect();
@@ -293,6 +354,9 @@ mod tests {
             })
             .collect();
         objects.push(plane(DVec3::ZERO, DVec3::Z));
+        let corner = DVec3::new(-2.0, -2.0, 0.0);
+        let table = Rectangle::new(corner, 4.0 * DVec3::X, 4.0 * DVec3::Y).expect("valid");
+        objects.extend((0..3).map(|_| object(table)));
         objects.extend((0..12).map(|_| ball(DVec3::new(5.0, 0.0, 1.0), 1.0)));
         for turn in 0..objects.len() {
             objects.rotate_left(turn);

@@ -83,6 +83,11 @@ pub trait Surface: Send + Sync {
         }
     }
 
+    /// Gives it as a flat rectangle, if it is one: of those a ray can be put to many at a time.
+    fn as_rectangle(&self) -> Option<&primitives::Rectangle> {
+        None
+    }
+
     /// Sharpens a hit of this surface before it is shaded: exact point, exact normals. Shadow rays never need it.
     fn refine(&self, hit: &Hit) -> Hit {
         *hit

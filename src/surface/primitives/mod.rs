@@ -13,6 +13,7 @@ mod disc;
 pub(super) mod exact;
 mod plane;
 mod rectangle;
+mod rectangles;
 mod sphere;
 #[cfg(test)]
 mod tests;
@@ -21,4 +22,5 @@ pub use axis_box::AxisBox;
 pub use disc::Disc;
 pub use plane::Plane;
 pub use rectangle::Rectangle;
+pub(crate) use rectangles::Rectangles;
 pub use sphere::Sphere;

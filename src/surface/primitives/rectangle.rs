@@ -21,11 +21,11 @@ use crate::{Error, Result};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rectangle {
-    corner: DVec3,
-    edge_u: DVec3,
-    edge_v: DVec3,
-    normal: DVec3,
-    lengths: DVec2,
+    pub(super) corner: DVec3,
+    pub(super) edge_u: DVec3,
+    pub(super) edge_v: DVec3,
+    pub(super) normal: DVec3,
+    pub(super) lengths: DVec2,
 }
 
 impl Rectangle {
@@ -93,6 +93,10 @@ impl Surface for Rectangle {
             / (self.lengths * self.lengths);
         let inside = DVec2::ZERO.cmple(at).all() && at.cmple(DVec2::ONE).all();
         inside.then(|| self.place(at, distance))
+    }
+
+    fn as_rectangle(&self) -> Option<&Self> {
+        Some(self)
     }
 
     fn bounds(&self) -> Aabb {
