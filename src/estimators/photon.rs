@@ -183,10 +183,11 @@ mod tests {
     fn half_a_disc_at_a_wall_counts_half() {
         let room = AxisBox::new(DVec3::ZERO, DVec3::splat(4.0)).expect("valid").turned_inward(true);
         let object = Object::new("room", room, black());
-        let scene = Scene::new(vec![object], vec![lamp(DVec3::splat(2.0))]).expect("valid");
+        let scene = Scene::new(vec![object], vec![lamp(DVec3::new(0.3, 2.0, 1.0))]).expect("valid");
         let at = |x: f64| mean(&scene, &Sensor::plane(DVec3::new(x, 2.0, 0.0), DVec3::Z), 0.2);
-        let (wall, clear) = (at(0.0), at(0.2));
-        assert!((wall / clear - 0.5).abs() <= 0.05, "{wall} {clear}");
+        // The lamp stands halfway between the middle of the half disc, 0.085 m from the wall, and that of the whole one.
+        let (wall, clear) = (at(0.0), at(0.515));
+        assert!((wall / clear - 0.5).abs() <= 0.025, "{wall} {clear}");
     }
 
     #[test]

@@ -69,10 +69,10 @@ impl Index {
         let (mut first, mut rest) = (None, *ray);
         let mut met = [0];
         self.rectangles.met(std::slice::from_ref(ray), &mut met);
-        self.first_of(objects, met[0], &mut first, &mut rest);
+        self.first_of(objects, ray, met[0], &mut first, &mut rest);
         for &index in &self.everywhere {
-            let hit = objects[index].surface.hit(&rest);
-            keep_first(&mut first, &mut rest, index, hit);
+            let hit = objects[index].surface.hit(&rest).map(|hit| (index, hit));
+            keep_first(objects, ray, &mut first, &mut rest, hit);
         }
         self.search(objects, ray, first)
     }
@@ -99,13 +99,14 @@ impl Index {
             let met = &mut met[..rays.len()];
             answers.fill(None);
             self.rectangles.met(rays, met);
-            for ((met, first), rest) in met.iter().zip(&mut *answers).zip(&mut *rest) {
-                self.first_of(objects, *met, first, rest);
+            for (i, first) in answers.iter_mut().enumerate() {
+                self.first_of(objects, &rays[i], met[i], first, &mut rest[i]);
             }
             for &index in &self.everywhere {
                 objects[index].surface.hits(rest, hits);
-                for ((first, rest), hit) in answers.iter_mut().zip(&mut *rest).zip(&*hits) {
-                    keep_first(first, rest, index, *hit);
+                for (i, first) in answers.iter_mut().enumerate() {
+                    let hit = hits[i].map(|hit| (index, hit));
+                    keep_first(objects, &rays[i], first, &mut rest[i], hit);
                 }
             }
             for (first, ray) in answers.iter_mut().zip(rays) {
@@ -149,6 +150,7 @@ impl Index {
     fn first_of(
         &self,
         objects: &[Object],
+        ray: &Ray,
         mut met: u64,
         first: &mut Option<(usize, Hit)>,
         rest: &mut Ray,
@@ -156,7 +158,8 @@ impl Index {
         while met != 0 {
             let index = self.flat[met.trailing_zeros() as usize];
             met &= met - 1;
-            keep_first(first, rest, index, objects[index].surface.hit(rest));
+            let hit = objects[index].surface.hit(rest);
+            keep_first(objects, ray, first, rest, hit.map(|hit| (index, hit)));
         }
     }
 
@@ -168,19 +171,12 @@ impl Index {
         mut first: Option<(usize, Hit)>,
     ) -> Option<(usize, Hit)> {
         let Some(tree) = &self.tree else { return first };
-        let rest = ray.up_to(first.map_or(ray.t_max, |(_, hit)| hit.distance));
+        let rest = ray.up_to(first.map_or(ray.t_max, |(_, hit)| just_beyond(ray, &hit)));
         tree.closest(&rest, |index, t_max| {
-            let surface = &objects[index].surface;
-            let hit = surface.hit(&ray.up_to(t_max))?;
-            // A ray that ends at the very distance may have been cut by a rounding: only the uncut answer decides between equals.
-            let equal = |t: f64| surface.hit(ray).is_some_and(|uncut| uncut.distance <= t);
-            let wins = first.is_none_or(|(other, best)| {
-                hit.distance < best.distance || (index < other && equal(best.distance))
-            });
-            if wins {
-                first = Some((index, hit));
-            }
-            wins.then_some(hit.distance)
+            let hit = objects[index].surface.hit(&ray.up_to(t_max))?;
+            let best = first_of_two(objects, ray, first, (index, hit));
+            first = Some(best);
+            (best.0 == index).then(|| just_beyond(ray, &best.1))
         });
         first
     }
@@ -197,16 +193,45 @@ fn is_local(bounds: &Aabb) -> bool {
     !bounds.is_empty() && largest <= LARGEST
 }
 
-/// Keeps the hit of an object when it is nearer than the first so far, or as near and of an earlier object, and ends the ray there.
-fn keep_first(first: &mut Option<(usize, Hit)>, rest: &mut Ray, index: usize, hit: Option<Hit>) {
-    if let Some(hit) = hit
-        && first.is_none_or(|(other, best)| {
-            hit.distance < best.distance || (hit.distance == best.distance && index < other)
-        })
-    {
-        rest.t_max = hit.distance;
-        *first = Some((index, hit));
+/// Keeps the hit of an object on what is left of a ray when it comes before the first so far, and ends the rest there.
+fn keep_first(
+    objects: &[Object],
+    ray: &Ray,
+    first: &mut Option<(usize, Hit)>,
+    rest: &mut Ray,
+    hit: Option<(usize, Hit)>,
+) {
+    if let Some(hit) = hit {
+        let best = first_of_two(objects, ray, *first, hit);
+        rest.t_max = just_beyond(ray, &best.1);
+        *first = Some(best);
     }
+}
+
+/// Gives up to where another hit may turn out to be the first: a ray that ends at the very distance may be cut by a rounding.
+fn just_beyond(ray: &Ray, hit: &Hit) -> f64 {
+    ray.t_max.min(hit.distance + hit.error)
+}
+
+/// Gives that of two hits which is nearer, or as near and of an earlier object.
+///
+/// The end of a ray may move a hit by a rounding: only the answers to the whole ray decide between near equals.
+fn first_of_two(
+    objects: &[Object],
+    ray: &Ray,
+    best: Option<(usize, Hit)>,
+    new: (usize, Hit),
+) -> (usize, Hit) {
+    let Some(best) = best else { return new };
+    let (near, far) = if new.1.distance < best.1.distance { (new, best) } else { (best, new) };
+    if far.1.distance - near.1.distance > near.1.error.max(far.1.error) {
+        return near;
+    }
+    let whole =
+        |(index, hit): (usize, Hit)| (index, objects[index].surface.hit(ray).unwrap_or(hit));
+    let (a, b) = (whole(best), whole(new));
+    let b_is_first = (b.1.distance, b.0) < (a.1.distance, a.0);
+    if b_is_first { b } else { a }
 }
 
 #[cfg(test)]
@@ -269,9 +294,9 @@ mod tests {
             let new = match i % 5 {
                 0 => ball(at, size),
                 3 => {
-                    let edge = size * DVec3::new(0.1 + x, y, z).normalize();
-                    let across = size * (0.1 + z) * edge.any_orthonormal_vector();
-                    object(Rectangle::new(at, edge, across).expect("valid"))
+                    let along = DVec3::new(0.1 + x, y, z).normalize();
+                    let across = (0.1 + z) * along.any_orthonormal_vector();
+                    object(Rectangle::new(at, size * along, size * across).expect("valid"))
                 }
                 1 => object(cube(at, at + size * DVec3::new(0.1 + x, 0.1 + y, 0.1 + z))),
                 2 => {
@@ -340,7 +365,7 @@ mod tests {
             check(&objects, &index, &rays(&mut stream, 1500));
             // Without the room, from outside as well.
             let open = &objects[2..objects.len() - 1];
-            let [met, of] = check(open, &Index::new(open), &rays(&mut stream, 500));
+            let [met, of] = check(open, &Index::new(open), &rays(&mut stream, 2000));
             assert!(met < of && (count < 20 || met > 0), "{met} of {of}");
         }
     }

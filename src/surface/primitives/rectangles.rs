@@ -97,7 +97,7 @@ impl Block {
             & distance.simd_le(f64x8::splat(simd, ray.t_max))
             & distance.abs().simd_lt(f64x8::splat(simd, f64::INFINITY));
         let inside = u.simd_ge(zero) & u.simd_le(one) & v.simd_ge(zero) & v.simd_le(one);
-        (counts & inside).to_bitmask() as u64
+        (counts & inside).to_bitmask()
     }
 }
 
