@@ -97,7 +97,7 @@ struct Connection {
 /// For how many walks one node is connected to a receiver, and how many nodes of a cloud to what a gathering ray has found. In rooms with a head half as many or twice
 /// as many take as much time to a given error.
 const WALKS_TO_A_RAY: usize = 2;
-const CONNECTED_BEYOND: usize = 1;
+const CONNECTED_BEYOND: usize = 2;
 
 /// How many nodes that no lane can weigh are weighed one by one at a receiver, and at what a gathering ray has found.
 const WEIGHED: usize = 48;
