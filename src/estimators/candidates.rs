@@ -2,10 +2,11 @@
 
 use fearless_simd::Level;
 
-use super::cloud::{Cloud, LANES, Plane, Weighed};
+use super::cloud::{Cloud, Plane, Weighed};
 use super::receiver::Receiver;
 use super::walk::Node;
 use crate::math::Rgb;
+use crate::math::lanes::LANES;
 use crate::scene::Light;
 
 /// Holds what the nodes of a cloud bring to a receiver if nothing hinders it.

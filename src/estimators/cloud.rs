@@ -8,10 +8,9 @@ use glam::DVec3;
 
 use super::walk::Node;
 use crate::math::Rgb;
+use crate::math::lanes::{LANES, load, splat};
 use crate::scene::Brdf;
 use crate::surface::Hit;
-
-pub(super) const LANES: usize = 8;
 
 /// How many walks make a cloud.
 pub(super) const WALKS: usize = 32;
@@ -162,20 +161,6 @@ pub(super) struct Weighed {
 #[inline(always)]
 fn total<S: Simd>(lanes: f64x8<S>) -> f64 {
     <[f64; LANES]>::from(lanes).iter().sum()
-}
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, rows: &[[f64; LANES]; 3]) -> [f64x8<S>; 3] {
-    [
-        f64x8::from_slice(simd, &rows[0]),
-        f64x8::from_slice(simd, &rows[1]),
-        f64x8::from_slice(simd, &rows[2]),
-    ]
-}
-
-#[inline(always)]
-fn splat<S: Simd>(simd: S, v: DVec3) -> [f64x8<S>; 3] {
-    [f64x8::splat(simd, v.x), f64x8::splat(simd, v.y), f64x8::splat(simd, v.z)]
 }
 
 #[inline(always)]

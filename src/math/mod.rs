@@ -4,6 +4,7 @@ mod aabb;
 mod colour;
 mod frame;
 mod isolines;
+pub(crate) mod lanes;
 mod lattice;
 mod placement;
 pub mod quadrature;

@@ -69,7 +69,7 @@ impl Index {
         let (mut first, mut rest) = (None, *ray);
         let mut met = [0];
         self.rectangles.met(std::slice::from_ref(ray), &mut met);
-        self.first_of(objects, ray, met[0], &mut first, &mut rest);
+        self.keep_rectangles(objects, ray, met[0], &mut first, &mut rest);
         for &index in &self.everywhere {
             let hit = objects[index].surface.hit(&rest).map(|hit| (index, hit));
             keep_first(objects, ray, &mut first, &mut rest, hit);
@@ -100,7 +100,7 @@ impl Index {
             answers.fill(None);
             self.rectangles.met(rays, met);
             for (i, first) in answers.iter_mut().enumerate() {
-                self.first_of(objects, &rays[i], met[i], first, &mut rest[i]);
+                self.keep_rectangles(objects, &rays[i], met[i], first, &mut rest[i]);
             }
             for &index in &self.everywhere {
                 objects[index].surface.hits(rest, hits);
@@ -147,7 +147,7 @@ impl Index {
     }
 
     /// Keeps the first of the rectangles that a ray meets, and ends it there.
-    fn first_of(
+    fn keep_rectangles(
         &self,
         objects: &[Object],
         ray: &Ray,
@@ -326,6 +326,7 @@ mod tests {
 
     /// Holds an index to the answers of asking all, one by one and by batches.
     fn check(objects: &[Object], index: &Index, rays: &[Ray]) -> [usize; 2] {
+        // One object after the other, rectangles too.
         let all = Index {
             everywhere: (0..objects.len()).collect(),
             flat: vec![],

@@ -13,6 +13,7 @@ use glam::DVec3;
 
 use super::super::{Bvh, Mesh};
 use crate::math::Ray;
+use crate::math::lanes::splat;
 
 /// Triangles in a block.
 pub(super) const LANES: usize = Bvh::PLACES;
@@ -153,12 +154,6 @@ impl Block {
             (v.into(), w.into(), sum.into());
         Some(Meeting { lane, distance: nearest, v: v[lane] / sum[lane], w: w[lane] / sum[lane] })
     }
-}
-
-#[inline(always)]
-fn splat<S: Simd>(simd: S, values: [f64; 3]) -> [f64x8<S>; 3] {
-    let [x, y, z] = values;
-    [f64x8::splat(simd, x), f64x8::splat(simd, y), f64x8::splat(simd, z)]
 }
 
 /// Marks the triangles the axis passes through: all sides of one sign, or zero.

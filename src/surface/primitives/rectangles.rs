@@ -1,13 +1,10 @@
 //! Rectangles side by side: a ray is put to eight of them at a time.
 
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f64x8};
-use glam::DVec3;
-
 use super::Rectangle;
 use crate::math::Ray;
-
-const LANES: usize = 8;
+use crate::math::lanes::{LANES, load, splat};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, f64x8};
 
 /// Tells which of some rectangles a ray meets, by the same arithmetic, to the bit, as [`Rectangle`] itself.
 #[derive(Debug, Clone)]
@@ -101,21 +98,7 @@ impl Block {
     }
 }
 
-#[inline(always)]
-fn splat<S: Simd>(simd: S, v: DVec3) -> [f64x8<S>; 3] {
-    [f64x8::splat(simd, v.x), f64x8::splat(simd, v.y), f64x8::splat(simd, v.z)]
-}
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, rows: &[[f64; LANES]; 3]) -> [f64x8<S>; 3] {
-    [
-        f64x8::from_slice(simd, &rows[0]),
-        f64x8::from_slice(simd, &rows[1]),
-        f64x8::from_slice(simd, &rows[2]),
-    ]
-}
-
-/// The sum that [`DVec3::dot`] makes, in its order and with its roundings.
+/// The sum that [`glam::DVec3::dot`] makes, in its order and with its roundings.
 #[inline(always)]
 fn dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -123,6 +106,8 @@ fn dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::math::{Randomness, Stream, sampling};
     use crate::surface::Surface;
