@@ -7,13 +7,13 @@ use std::path::Path;
 use common::bumpy;
 use glam::DVec3;
 use harmolux::io::meshes;
-use harmolux::math::Ray;
 use harmolux::math::sampling::uniform_sphere;
+use harmolux::math::{Ray, unit};
 use harmolux::sh::Coefficients;
 use harmolux::study::{CheckShape, RayCheckSettings, check_rays, check_shapes};
 use harmolux::surface::{Hit, Intersector, ShSurface, StepBisection, Surface, project_conforming};
 use proptest::prelude::*;
-use proptest::test_runner::{Config, TestRunner};
+use proptest::test_runner::{Config, RngSeed, TestRunner};
 
 /// The same rules and kinds of rays as in `examples/ray_check.rs`, which asks ten million.
 #[test]
@@ -65,7 +65,7 @@ fn direction() -> impl Strategy<Value = DVec3> {
         1 => prop_oneof![Just(0.0), Just(-0.0), Just(5e-324), Just(-3e-310), Just(1e-160)],
     ];
     [component.clone(), component.clone(), component]
-        .prop_filter_map("no direction", |d| DVec3::from_array(d).try_normalize())
+        .prop_filter_map("no direction", |d| unit(DVec3::from_array(d)))
 }
 
 fn end() -> impl Strategy<Value = f64> {
@@ -107,7 +107,12 @@ fn is_in_doubt(surface: &ShSurface, ray: &Ray) -> bool {
 #[test]
 fn every_answer_to_every_finite_ray_has_sense() {
     let surfaces = surfaces();
-    let mut runner = TestRunner::new(Config { cases: 400, ..Config::default() });
+    let mut runner = TestRunner::new(Config {
+        cases: 400,
+        rng_seed: RngSeed::Fixed(1),
+        failure_persistence: None,
+        ..Config::default()
+    });
     let rays = prop::collection::vec(ray(), 1..40);
     runner
         .run(&rays, |rays| {

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::Result;
 use crate::error::InputError;
+use crate::math::unit;
 
 /// Reads pairs of a point, metres, and a direction, which is made a unit vector. Numbers are apart by spaces, tabs, commas or semicolons; `#` starts a
 /// comment, and lines without numbers are passed over. `path` is for messages.
@@ -37,8 +38,7 @@ pub fn parse(path: &Path, text: &str) -> Result<Vec<(DVec3, DVec3)>> {
         let [x, y, z, u, v, w] = numbers[..] else {
             return Err(fault(format!("six numbers expected, found {}", numbers.len())).into());
         };
-        let direction = DVec3::new(u, v, w)
-            .try_normalize()
+        let direction = unit(DVec3::new(u, v, w))
             .ok_or_else(|| fault("the direction has length 0".to_owned()))?;
         rays.push((DVec3::new(x, y, z), direction));
     }

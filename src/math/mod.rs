@@ -21,7 +21,7 @@ pub use frame::Frame;
 pub use isolines::{Isoline, isolines};
 pub use lattice::Lattice;
 pub use placement::Placement;
-pub use ray::Ray;
+pub use ray::{Ray, unit};
 pub use refinement::refined;
 pub use rotation::{EulerAngles, Rotation};
 pub use streams::{Randomness, Stream, hash};

@@ -24,11 +24,12 @@ impl Ray {
         Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
     }
 
-    /// Makes the segment between two points; `None` when they coincide or their distance is not finite.
+    /// Makes the segment between two points; `None` when they coincide, being less than 1e-150 m apart, where a length has lost its digits, or when
+    /// their distance is not finite.
     pub fn between(from: DVec3, to: DVec3) -> Option<Self> {
         let d = to - from;
         let length = d.length();
-        (length > 0.0 && length.is_finite()).then(|| Self::new(from, d / length).up_to(length))
+        (length >= 1e-150 && length.is_finite()).then(|| Self::new(from, d / length).up_to(length))
     }
 
     /// Ends the ray at distance `t_max` at the latest.
@@ -48,6 +49,11 @@ impl Ray {
     }
 }
 
+/// Gives the unit vector along a vector of any finite length but zero; of one below 1e-154 or above 1e154 too, whose squared length is no normal number.
+pub fn unit(vector: DVec3) -> Option<DVec3> {
+    (vector / vector.abs().max_element()).try_normalize()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -56,6 +62,20 @@ mod tests {
     fn coincident_points_have_no_ray_between_them() {
         assert_eq!(Ray::between(DVec3::ONE, DVec3::ONE), None);
         assert_eq!(Ray::between(DVec3::ONE, DVec3::splat(f64::NAN)), None);
+        assert_eq!(Ray::between(DVec3::ZERO, DVec3::new(0.0, 1e-160, 3e-161)), None);
+    }
+
+    #[test]
+    fn vectors_of_every_length_have_a_direction() {
+        let along = DVec3::new(0.6, 0.0, -0.8);
+        for exponent in [-307, -160, 0, 160, 307] {
+            let found = unit(10_f64.powi(exponent) * along).expect("has a direction");
+            assert!(found.distance(along) <= 1e-15, "{exponent}: {found}");
+        }
+        assert_eq!(unit(5e-324 * DVec3::X), Some(DVec3::X));
+        for none in [DVec3::ZERO, DVec3::NAN, DVec3::new(1.0, f64::INFINITY, 0.0)] {
+            assert_eq!(unit(none), None, "{none}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use super::unit;
 use crate::{Error, Result};
 
 /// Turns vectors about the origin.
@@ -84,9 +85,9 @@ impl Rotation {
     /// # Errors
     /// [`Error::Parameter`] when the axis is zero or a number is not finite.
     pub fn about(axis: DVec3, angle: f64) -> Result<Self> {
-        match axis.try_normalize() {
-            Some(unit) if angle.is_finite() => {
-                Ok(Self { matrix: orthonormalised(DMat3::from_axis_angle(unit, angle)) })
+        match unit(axis) {
+            Some(axis) if angle.is_finite() => {
+                Ok(Self { matrix: orthonormalised(DMat3::from_axis_angle(axis, angle)) })
             }
             _ => Err(Error::Parameter(format!(
                 "a rotation needs an axis that is not zero and a finite angle, found {axis} and {angle}"

@@ -356,6 +356,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig { rng_seed: prop::test_runner::RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
+
         #[test]
         fn import_undoes_export(l in 0_usize..60, m in 0_usize..60, a in -10.0..10.0, b in -10.0..10.0) {
             let m = m.min(l);

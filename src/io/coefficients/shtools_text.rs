@@ -357,7 +357,8 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(64))]
+        #![proptest_config(ProptestConfig { cases: 64, rng_seed: prop::test_runner::RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
+
         #[test]
         fn numbers_come_back_to_two_units_in_the_last_place(
             values in prop::collection::vec((-1.0..1.0, -9.0..3.0), 72)

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::math::unit;
 use crate::{Error, Result};
 
 /// Holds the eye and three axes at right angles, of length 1: to the right and downwards in the picture, and forward.
@@ -18,7 +19,7 @@ pub(super) struct Pose {
 impl Pose {
     /// Looks from one point to another. Up is z, or y where the view is along z.
     pub(super) fn looking(from: DVec3, to: DVec3) -> Result<Self> {
-        let Some(view) = (to - from).try_normalize() else {
+        let Some(view) = unit(to - from) else {
             return Err(Error::Parameter(
                 "a camera must look from one point to another, found the same twice".into(),
             ));
@@ -29,7 +30,7 @@ impl Pose {
 
     /// Turns the camera about its view so that `up` points upwards in the picture.
     pub(super) fn with_up(mut self, up: DVec3) -> Result<Self> {
-        let Some(right) = self.view.cross(up).try_normalize() else {
+        let Some(right) = unit(self.view.cross(up)) else {
             return Err(Error::Parameter(format!("{up} cannot be up: it is along the view")));
         };
         self.right = right;
@@ -41,7 +42,8 @@ impl Pose {
     /// Turns the camera so that `up` is upwards in the picture and the view, seen from above, stays as it is.
     pub(super) fn upright(self, up: DVec3) -> Result<Self> {
         let turned = self.with_up(up)?;
-        let down = -up.normalize();
+        // `with_up` has refused what has no direction.
+        let down = -unit(up).unwrap_or(up);
         Ok(Self { down, forward: turned.right.cross(down), ..turned })
     }
 
