@@ -20,7 +20,7 @@ use super::path::PathTracer;
 use super::photon::{self, Counter};
 use super::radiosity::{self, Exchange, RadiositySettings};
 use super::receiver::Receiver;
-use super::replicates::{Control, Ending, Observer, REPLICATES, Stop, seed};
+use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Stop, seed};
 use super::walk::{Launcher, Walked};
 use super::weighting::Weighting;
 
@@ -233,7 +233,9 @@ fn survey(
         // Where nothing has got any light after so many walks, nothing is waited for.
         let error = largest_half_width(&points, &sums, done);
         let error = error.or_else(|| (walks >= ENOUGH_IN_THE_DARK).then_some(0.0));
-        let reached = doubled && control.meets_target(error) && foreseen;
+        let judged = if doubled { 2 * walks } else { target * REPLICATES as u64 };
+        let known = error.map(|error| Known { error, walks, judged });
+        let reached = doubled && control.meets_target(known) && foreseen;
         if doubled {
             let nearly = settings.stop.relative_error.map(|target| SQRT_2 * target);
             foreseen = error.zip(nearly).is_some_and(|(error, nearly)| error <= nearly);

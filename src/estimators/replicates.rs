@@ -60,13 +60,33 @@ pub(super) fn seed(run: u64, replicate: usize, purpose: u64) -> u64 {
 pub(super) struct Control {
     stop: Stop,
     started: Instant,
-    error: Option<f64>,
+    known: Option<Known>,
+}
+
+/// What is known of the error.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known {
+    /// The error, as it is compared with the target.
+    pub(super) error: f64,
+    /// The walks that it was known after.
+    pub(super) walks: u64,
+    /// The walks after which it is compared with the target next; then after twice as many each time.
+    pub(super) judged: u64,
+}
+
+impl Known {
+    /// Foresees how many walks a run takes that ends at the target (the error falls as 1/sqrt).
+    fn needed(&self, target: f64) -> f64 {
+        let needed = (self.error / target).powi(2) * self.walks as f64;
+        let doublings = (needed / self.judged as f64).log2().ceil().max(0.0);
+        self.judged as f64 * doublings.exp2()
+    }
 }
 
 impl Control {
     /// Starts the clock.
     pub(super) fn new(stop: Stop) -> Self {
-        Self { stop, started: Instant::now(), error: None }
+        Self { stop, started: Instant::now(), known: None }
     }
 
     /// Gives the time since the start.
@@ -74,10 +94,15 @@ impl Control {
         self.started.elapsed()
     }
 
-    /// Notes the error after a doubling; tells whether it meets the target.
-    pub(super) fn meets_target(&mut self, error: Option<f64>) -> bool {
-        self.error = error;
-        matches!((self.stop.relative_error, error), (Some(target), Some(e)) if e <= target)
+    /// Notes what is known of the error, for the observer.
+    pub(super) fn note(&mut self, known: Option<Known>) {
+        self.known = known;
+    }
+
+    /// Notes what is known of the error after a doubling; tells whether it meets the target.
+    pub(super) fn meets_target(&mut self, known: Option<Known>) -> bool {
+        self.note(known);
+        matches!((self.stop.relative_error, known), (Some(target), Some(k)) if k.error <= target)
     }
 
     /// Tells whether the time or the walks are used up; without any condition one round is enough.
@@ -117,18 +142,17 @@ impl Control {
         walks: u64,
         observer: Observer,
     ) -> ControlFlow<()> {
-        observer(&Progress { share, walks, error: self.error, elapsed: self.elapsed() })
+        let error = self.known.map(|known| known.error);
+        observer(&Progress { share, walks, error, elapsed: self.elapsed() })
     }
 
-    /// Foresees the finished share: of the walks, of the time, or of the walks that the target will take (the error falls as 1/sqrt).
+    /// Foresees the finished share: of the walks, of the time, or of the walks that the target will take.
     fn share(&self, walks: u64) -> f64 {
         let by_walks = self.stop.walks.map(|limit| walks as f64 / limit as f64);
         let by_time =
             self.stop.time.map(|t| self.elapsed().as_secs_f64() / t.as_secs_f64().max(1e-9));
-        let by_error = match (self.stop.relative_error, self.error) {
-            (Some(target), Some(error)) if error > 0.0 => Some((target / error).powi(2)),
-            _ => None,
-        };
+        let ends = self.stop.relative_error.zip(self.known);
+        let by_error = ends.map(|(target, known)| walks as f64 / known.needed(target));
         [by_walks, by_time, by_error].into_iter().flatten().fold(0.0, f64::max).min(1.0)
     }
 }
@@ -137,14 +161,34 @@ impl Control {
 mod tests {
     use super::*;
 
+    fn known(error: f64, walks: u64, judged: u64) -> Option<Known> {
+        Some(Known { error, walks, judged })
+    }
+
+    #[test]
+    fn finished_share_is_foreseen_from_the_last_error_and_the_walks_since() {
+        let mut control = Control::new(Stop { relative_error: Some(0.1), ..Stop::default() });
+        assert_eq!(control.share(50), 0.0);
+        // 300 walks would do; the error is judged after 100, 200, 400.
+        control.note(known(0.1 * 3_f64.sqrt(), 100, 100));
+        assert_eq!([100, 200, 400, 500].map(|walks| control.share(walks)), [0.25, 0.5, 1.0, 1.0]);
+        control.note(known(0.01, 10, 100));
+        assert_eq!(control.share(50), 0.5);
+        for blind in [f64::INFINITY, f64::NAN] {
+            control.note(known(blind, 10, 100));
+            assert!((0.0..=1.0).contains(&control.share(50)));
+        }
+    }
+
     #[test]
     fn control_ends_on_walks_time_or_error() {
         let mut control =
             Control::new(Stop { walks: Some(10), relative_error: Some(0.1), time: None });
         assert_eq!(control.is_over(9), None);
         assert_eq!(control.is_over(10), Some(Ending::Walks));
-        assert!(!control.meets_target(None) && !control.meets_target(Some(0.2)));
-        assert!(control.meets_target(Some(0.1)) && !control.meets_target(Some(f64::NAN)));
+        assert!(!control.meets_target(None) && !control.meets_target(known(0.2, 8, 16)));
+        assert!(control.meets_target(known(0.1, 8, 16)));
+        assert!(!control.meets_target(known(f64::NAN, 8, 16)));
         let timed = Control::new(Stop { time: Some(Duration::ZERO), ..Stop::default() });
         assert_eq!(timed.is_over(0), Some(Ending::Time));
         assert!(Control::new(Stop::default()).is_open_ended());

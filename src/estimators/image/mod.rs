@@ -13,7 +13,7 @@ pub use self::pass::walks_per_sample;
 
 use self::pass::Pass;
 use super::connect::Light;
-use super::replicates::{Control, Ending, Observer, REPLICATES, Stop};
+use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Stop};
 use super::walk::Launcher;
 use super::weighting::Weighting;
 
@@ -72,6 +72,9 @@ pub struct Keeper<'a> {
 
 /// Passes that are made whatever the time or the observer says: two replicates are the least that give an error.
 const FEWEST_PASSES: usize = 2;
+
+/// Passes from which the observer is told an error before the first stage is complete.
+const FEWEST_FORETOLD: usize = 4;
 
 /// The share of the pixels that must meet the target error.
 pub const SHARE_WITHIN: f64 = 0.95;
@@ -165,19 +168,27 @@ impl Rendering {
 
     /// Tells whether and why a run is over after a complete pass.
     fn ending(&self, control: &mut Control, observer: Observer) -> Option<Ending> {
+        let walks = self.walks_per_pixel;
+        let known = || {
+            let error = self.film.relative_error_of(SHARE_WITHIN)?;
+            let each = walks / self.film.passes() as u64;
+            Some(Known { error, walks, judged: self.film.stage_end() * each })
+        };
         if self.film.is_between_stages() {
-            if control.meets_target(self.film.relative_error_of(SHARE_WITHIN)) {
+            if control.meets_target(known()) {
                 return Some(Ending::Error);
             }
             if control.is_open_ended() {
                 return Some(Ending::Walks);
             }
+        } else if self.film.passes() >= FEWEST_FORETOLD && self.film.passes().is_power_of_two() {
+            control.note(known());
         }
         if self.film.passes() < FEWEST_PASSES {
             return None;
         }
-        let over = control.is_over(self.walks_per_pixel);
-        let broken = || control.report(self.walks_per_pixel, observer).is_break();
+        let over = control.is_over(walks);
+        let broken = || control.report(walks, observer).is_break();
         over.or_else(|| broken().then_some(Ending::Interrupted))
     }
 

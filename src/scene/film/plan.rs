@@ -16,6 +16,12 @@ impl Film {
             && self.rounds().is_power_of_two()
     }
 
+    /// Gives the number of passes at the end of the stage that is under way or begins.
+    pub fn stage_end(&self) -> u64 {
+        let stage = self.stage();
+        (stage.start + stage.length) * self.replicates as u64
+    }
+
     /// Plans the stage that begins: with a `target` for the relative error, pixels take part in as few of its rounds as will meet the target after it,
     /// from what the stages before showed in the pixel and its eight neighbours; without, in all. To be called where
     /// [`Film::is_between_stages`].
