@@ -1,5 +1,12 @@
-"""Curves of error over time: the time to an error, and their plot."""
+"""Curves of error over time: runs in turns, the time to an error, and their plot."""
+import time
+
 import numpy as np
+
+
+def rest():
+    """To be called before each timed run: threads of a library keep spinning for some milliseconds after a call, which then go off the next program's time."""
+    time.sleep(0.3)
 
 
 def time_to(curve, target):

@@ -23,7 +23,7 @@ from scipy import stats
 mi.set_variant("llvm_ad_rgb")
 import drjit as dr
 from mitsuba_scene import LUMINANCE, Scene
-from curves import plot, time_to
+from curves import plot, rest, time_to
 
 SINGLE = 2**-22
 PARTS = 32
@@ -173,6 +173,7 @@ def main():
             run(work(step), 0)  # the first of a size may compile
         for seed in range(options.seeds):
             for name, run, work in runs:
+                rest()
                 found[name].append(run(work(step), 1 + seed))
         for name, _, work in runs:
             seconds = np.median([t for t, _ in found[name]])

@@ -21,7 +21,7 @@ import numpy as np
 
 mi.set_variant("llvm_ad_mono")
 import drjit as dr
-from curves import plot, time_to
+from curves import plot, rest, time_to
 from mitsuba_scene import Scene
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -169,6 +169,7 @@ def main():
         found = {name: [] for name, *_ in runs}
         for seed in range(options.seeds):
             for name, truth, run, work in runs:
+                rest()
                 found[name].append(run(work(step), 1 + seed))
         for name, truth, run, work in runs:
             seconds, error = np.median([t for t, _ in found[name]]), rms([e for _, e in found[name]], truth)
