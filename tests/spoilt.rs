@@ -60,7 +60,8 @@ fn one_nan_in_a_million_walks_is_counted_and_not_averaged_in() {
     let exact = exact.illuminance(0.5, 0.5).expect("on the floor");
     let point = [Sensor::plane(DVec3::new(2.5, 2.5, 0.0), DVec3::Z)];
     let walks = 1 << 20;
-    for flaw in [1, 1_000_000] {
+    // The first hits are those of the pilot that weighs the local estimate, which counts for nothing else.
+    for flaw in [1000, 1_000_000] {
         let local = SensorEstimator::Local(Weighting::of(&flawed_cube(flaw)));
         for estimator in [local, SensorEstimator::Local(Weighting::Walk), SensorEstimator::Path] {
             let scene = flawed_cube(flaw);

@@ -27,7 +27,8 @@ use super::weighting::Weighting;
 /// Chooses how illuminance is estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SensorEstimator {
-    /// The local estimate: one walk serves all sensors (light tracing to points).
+    /// The local estimate: one walk serves all sensors (light tracing to points). At sensors that a pilot of [`cloud::WALKS`] walks finds bright for the size of the
+    /// scene a bounded kernel has a greater bound, so that no hit brings more than sixteen times the illuminance there.
     Local(Weighting),
     /// Backward path tracing, the reference.
     Path,
@@ -212,8 +213,10 @@ fn survey(
         receivers,
         outlooks,
         efforts: vec![Effort::default(); receivers.len()],
+        weightings: Vec::new(),
         counters,
     };
+    survey.weigh(&points);
     let mut sums = vec![[Sum::default(); REPLICATES]; receivers.len()];
     let mut control = Control::new(settings.stop);
     let (mut done, mut escaped) = (0, 0.0);
@@ -294,6 +297,8 @@ struct Run<'a> {
     outlooks: Vec<Outlook>,
     /// How many rays gather for each.
     efforts: Vec<Effort>,
+    /// How light is divided for each; for the local estimate alone.
+    weightings: Vec<Weighting>,
     /// Where photons are counted.
     counters: Vec<Option<Counter<'a>>>,
 }
@@ -306,7 +311,45 @@ struct Served<'w> {
     clouds: &'w [Cloud<'w>],
 }
 
+fn to_clouds<'a>(walks: &[Walked<'a>]) -> Vec<Cloud<'a>> {
+    let clouds = walks.chunks(cloud::WALKS);
+    clouds.map(|walks| Cloud::new(walks.iter().map(|walk| walk.nodes.as_slice()))).collect()
+}
+
 impl<'a> Run<'a> {
+    /// Chooses how light is divided for each sensor, from the light of point and flat lights that is known and what a replicate more finds, which counts for nothing else.
+    fn weigh(&mut self, points: &[Rgb]) {
+        let SensorEstimator::Local(weighting) = self.settings.estimator else { return };
+        self.weightings = vec![weighting; self.receivers.len()];
+        if !matches!(weighting, Weighting::Bounded { .. }) {
+            return;
+        }
+        let count = cloud::WALKS as u64;
+        let walks: Vec<Walked> = (0..count).map(|i| self.walk(REPLICATES, i)).collect();
+        let clouds = to_clouds(&walks);
+        let sensors = self.receivers.len();
+        let weigh = |chunk: usize| {
+            let mut batch = Batch::default();
+            let weigh = |sensor: usize| {
+                let mut sum = Sum::default();
+                let served = Served {
+                    replicate: REPLICATES,
+                    indices: 0..count,
+                    walks: &walks,
+                    clouds: &clouds,
+                };
+                self.serve(sensor, served, &mut batch, &mut sum);
+                let found = points[sensor].luminance() + sum.total / count as f64;
+                weighting.raised(found / self.launcher.power())
+            };
+            let from = chunk * SERVED_TOGETHER;
+            (from..sensors.min(from + SERVED_TOGETHER)).map(weigh).collect::<Vec<_>>()
+        };
+        let chunks = (0..sensors.div_ceil(SERVED_TOGETHER)).into_par_iter();
+        let weightings = chunks.flat_map_iter(weigh).collect();
+        self.weightings = weightings;
+    }
+
     /// Adds the walks `first..first + count` of every replicate to every sensor; returns the flux that escaped.
     fn add_walks(&mut self, first: u64, count: u64, sums: &mut [[Sum; REPLICATES]]) -> f64 {
         let walks: Vec<Vec<Walked>> = match self.settings.estimator {
@@ -316,12 +359,8 @@ impl<'a> Run<'a> {
                 .map(|replicate| (first..first + count).map(|i| self.walk(replicate, i)).collect())
                 .collect(),
         };
-        let to_clouds = |walks: &Vec<Walked<'a>>| -> Vec<Cloud<'a>> {
-            let clouds = walks.chunks(cloud::WALKS);
-            clouds.map(|w| Cloud::new(w.iter().map(|w| w.nodes.as_slice()))).collect()
-        };
         let clouds: Vec<Vec<Cloud>> = match self.settings.estimator {
-            SensorEstimator::Local(_) => walks.par_iter().map(to_clouds).collect(),
+            SensorEstimator::Local(_) => walks.par_iter().map(|walks| to_clouds(walks)).collect(),
             _ => Vec::new(),
         };
         // A replicate's walks stay at hand while they serve some sensors; few sensors keep all threads busy too.
@@ -407,7 +446,8 @@ impl<'a> Run<'a> {
                     add(counter.count(walk));
                 }
             }
-            SensorEstimator::Local(weighting) => {
+            SensorEstimator::Local(_) => {
+                let weighting = self.weightings[sensor];
                 let connector = Connector::new(self.scene, self.launcher, weighting);
                 let effort = self.efforts[sensor];
                 let seed = hash([seed, effort.planned]);

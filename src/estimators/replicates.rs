@@ -161,8 +161,8 @@ impl Control {
 mod tests {
     use super::*;
 
-    fn known(error: f64, walks: u64, judged: u64) -> Option<Known> {
-        Some(Known { error, walks, judged })
+    fn known(error: f64, walks: u64, judged: u64) -> Known {
+        Known { error, walks, judged }
     }
 
     #[test]
@@ -170,12 +170,12 @@ mod tests {
         let mut control = Control::new(Stop { relative_error: Some(0.1), ..Stop::default() });
         assert_eq!(control.share(50), 0.0);
         // 300 walks would do; the error is judged after 100, 200, 400.
-        control.note(known(0.1 * 3_f64.sqrt(), 100, 100));
+        control.note(Some(known(0.1 * 3_f64.sqrt(), 100, 100)));
         assert_eq!([100, 200, 400, 500].map(|walks| control.share(walks)), [0.25, 0.5, 1.0, 1.0]);
-        control.note(known(0.01, 10, 100));
+        control.note(Some(known(0.01, 10, 100)));
         assert_eq!(control.share(50), 0.5);
         for blind in [f64::INFINITY, f64::NAN] {
-            control.note(known(blind, 10, 100));
+            control.note(Some(known(blind, 10, 100)));
             assert!((0.0..=1.0).contains(&control.share(50)));
         }
     }
@@ -186,9 +186,9 @@ mod tests {
             Control::new(Stop { walks: Some(10), relative_error: Some(0.1), time: None });
         assert_eq!(control.is_over(9), None);
         assert_eq!(control.is_over(10), Some(Ending::Walks));
-        assert!(!control.meets_target(None) && !control.meets_target(known(0.2, 8, 16)));
-        assert!(control.meets_target(known(0.1, 8, 16)));
-        assert!(!control.meets_target(known(f64::NAN, 8, 16)));
+        assert!(!control.meets_target(None) && !control.meets_target(Some(known(0.2, 8, 16))));
+        assert!(control.meets_target(Some(known(0.1, 8, 16))));
+        assert!(!control.meets_target(Some(known(f64::NAN, 8, 16))));
         let timed = Control::new(Stop { time: Some(Duration::ZERO), ..Stop::default() });
         assert_eq!(timed.is_over(0), Some(Ending::Time));
         assert!(Control::new(Stop::default()).is_open_ended());
