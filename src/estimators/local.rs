@@ -27,7 +27,7 @@ use super::weighting::Weighting;
 /// Chooses how illuminance is estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SensorEstimator {
-    /// The local estimate: one walk serves all sensors (light tracing to points). At sensors that a pilot of [`cloud::WALKS`] walks finds bright for the size of the
+    /// The local estimate: one walk serves all sensors (light tracing to points). At sensors that a pilot of 32 walks finds bright for the size of the
     /// scene a bounded kernel has a greater bound, so that no hit brings more than sixteen times the illuminance there.
     Local(Weighting),
     /// Backward path tracing, the reference.
