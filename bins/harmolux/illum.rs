@@ -107,9 +107,13 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let loaded = load_scene(&file)?;
     let known: Vec<Option<Vec<f64>>> =
         loaded.sensors.iter().map(|group| known(&file, group)).collect::<Result<_>>()?;
+    // Those behind an object are left out: they measure nothing, and decide nothing.
+    let counts: Vec<bool> =
+        loaded.sensors.iter().flat_map(|g| g.behind.iter().map(Option::is_none)).collect();
+    let sensors = loaded.sensors.iter().flat_map(|g| g.sensors.iter().copied());
     let sensors: Vec<Sensor> =
-        loaded.sensors.iter().flat_map(|g| g.sensors.iter().copied()).collect();
-    if sensors.is_empty() {
+        sensors.zip(&counts).filter(|(_, counts)| **counts).map(|(s, _)| s).collect();
+    if counts.is_empty() {
         return Err(Error::Parameter(format!(
             "{}: the scene has no sensors; add [sensors.NAME.points], [sensors.NAME.line], [sensors.NAME.grid] or [sensors.NAME.surface]",
             verb.common.scene.display()
@@ -123,9 +127,11 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     interrupt::listen();
     let meter = Meter::start("measuring", "largest 95 % half width");
     let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))
-        .map_err(|e| about(&verb.common.scene, e))?;
+        .map_err(|e| about(&verb.common.scene, e))?
+        .scattered(&counts);
     meter.finish();
-    let groups = groups(&loaded.sensors, known, &survey, &file.require);
+    let counted = matches!(settings.estimator, SensorEstimator::Photon { .. });
+    let groups = groups(&loaded.sensors, known, &survey, &file.require, counted);
     fill(&mut table, &groups);
     let lines = groups.iter().filter(|group| is_line(&file.sensors[group.name]));
     let figure = illum_report::figure(lines);
@@ -147,7 +153,11 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     for path in &verb.output {
         say::note(&format!("written {}", path.display()));
     }
-    let code = code(survey.ending, asked, reached(&survey), "largest 95 % half width");
+    let unknown = illum_report::unreached(&survey, &counts);
+    let code = match code(survey.ending, asked, reached(&survey), "largest 95 % half width") {
+        Code::Done if unknown => Code::NotMet,
+        code => code,
+    };
     let met = |group: &Group| group.judged.iter().all(|j| j.verdict == Verdict::Met);
     let all_met = groups
         .iter()
@@ -234,13 +244,19 @@ fn groups<'a>(
     known: Vec<Option<Vec<f64>>>,
     survey: &'a Survey,
     require: &BTreeMap<String, RequireSpec>,
+    counted: bool,
 ) -> Vec<Group<'a>> {
     let mut start = 0;
+    // No estimate but that of photons finds what mirrors throw from point lights onto a sensor.
+    let missing = survey.caustic > 0.0 && !counted;
     let group = |(group, known): (&'a SensorGroup, Option<Vec<f64>>)| {
         let range = start..start + group.sensors.len();
         start = range.end;
         let counting = range.clone().zip(&group.behind).filter(|(_, behind)| behind.is_none());
-        let counting = counting.map(|(i, _)| i);
+        // Where the time was too short for some, nothing is known of the group.
+        let counting: Vec<usize> = counting.map(|(i, _)| i).collect();
+        let known_all = counting.iter().all(|i| !survey.results[*i].total.mean.is_nan());
+        let counting = counting.into_iter().filter(|_| known_all);
         let summary = if survey.radiosity.is_some() {
             let values: Vec<_> = counting.map(|i| survey.results[i].total.mean).collect();
             GroupSummary::without_errors(&values)
@@ -255,7 +271,7 @@ fn groups<'a>(
             behind: &group.behind,
             faces: &group.faces,
             summary,
-            judged: required.map_or(Vec::new(), |require| judge(require, summary.as_ref())),
+            judged: required.map_or(Vec::new(), |r| judge(r, summary.as_ref(), missing)),
             known,
         }
     };

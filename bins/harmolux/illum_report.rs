@@ -75,20 +75,21 @@ fn values(group: &Group) -> TextTable {
     }
     let mut table = say::table(&header);
     let sensors = group.sensors.iter().zip(group.results).zip(group.behind);
+    let places = say::columns(&group.sensors.iter().map(|s| s.at.to_array()).collect::<Vec<_>>());
     for (i, ((sensor, r), behind)) in sensors.enumerate() {
-        let number = |x: f64| say::significant(x, 4);
+        let [x, y, z] = [0, 1, 2].map(|axis| say::significant(sensor.at[axis], places[axis]));
         let illuminance = match behind {
             None => measured(&r.total),
             Some(object) => format!("behind {object}"),
         };
         let mut row = vec![
             (i + 1).to_string(),
-            number(sensor.at.x),
-            number(sensor.at.y),
-            number(sensor.at.z),
+            x,
+            y,
+            z,
             illuminance,
             half_width(&r.total),
-            measured(&r.direct),
+            if behind.is_some() { "-".to_owned() } else { measured(&r.direct) },
         ];
         row.extend(comparisons.next().into_iter().flat_map(|c| {
             let Some(c) = c else { return [(); 3].map(|()| "-".to_owned()) };
@@ -132,7 +133,7 @@ fn text(bracket: &Bracket) -> String {
 
 fn sentence(judged: &Judged) -> String {
     let verdict = match judged.verdict {
-        _ if judged.found.value.is_nan() => "UNDECIDED, no sensor counts",
+        _ if judged.found.value.is_nan() => "UNDECIDED, no sensor counts or was reached in time",
         Verdict::Met if !judged.found.has_interval() => {
             "met by the value, whose error is not known"
         }
@@ -141,7 +142,10 @@ fn sentence(judged: &Judged) -> String {
         }
         Verdict::Met => "met",
         Verdict::NotMet => "NOT MET",
-        Verdict::Undecided => "UNDECIDED, the limit is within the interval",
+        Verdict::Undecided if judged.is_within_interval() => {
+            "UNDECIDED, the limit is within the interval"
+        }
+        Verdict::Undecided => "UNDECIDED, light of mirrors is missing",
     };
     let (relation, limit) = relation(judged.limit);
     format!("required {} {relation} {limit}: {verdict}", judged.quantity)
@@ -165,10 +169,12 @@ pub(crate) fn figure<'a>(lines: impl Iterator<Item = &'a Group<'a>>) -> Figure {
         if !known.is_empty() {
             curves.push(Curve::new(format!("{}, exact", line.name), known).drawn(Style::Line));
         }
-        let points = distances().zip(line.results).map(|(x, r)| [x, r.total.mean]);
+        let counting = || line.results.iter().zip(line.behind).filter(|(_, b)| b.is_none());
+        let points = distances().zip(line.results).zip(line.behind).filter(|(_, b)| b.is_none());
+        let points = points.map(|((x, r), _)| [x, r.total.mean]);
         let mut measured = Curve::new(line.name, points.collect());
-        if line.results.iter().all(|r| !r.total.standard_error.is_nan()) {
-            let errors = line.results.iter().map(|r| [r.total.half_width(0.05); 2]);
+        if counting().all(|(r, _)| !r.total.standard_error.is_nan()) {
+            let errors = counting().map(|(r, _)| [r.total.half_width(0.05); 2]);
             measured = measured.with_errors(errors.collect());
         }
         curves.push(measured.drawn(Style::Points));
@@ -203,7 +209,7 @@ pub(crate) fn run(survey: &Survey) {
     }
     if survey.caustic > 0.0 {
         say::warning(&format!(
-            "{} of the light comes to surfaces from point lights by mirrors; by `local` what of it falls on a sensor straight is missing, by `path` all of it, since no ray finds a point in a mirror (`photon` counts it); give those lights a size: a sphere or a rectangle with an exitance",
+            "{} of the light goes from point lights to mirrors, which send it on; by `local` what of it falls on a sensor straight is missing, by `path` and `radiosity` all of it, since no ray finds a point in a mirror (`photon` counts it); give those lights a size: a sphere or a rectangle with an exitance",
             say::percent(survey.caustic)
         ));
     }
@@ -212,11 +218,26 @@ pub(crate) fn run(survey: &Survey) {
     }
 }
 
+/// Says how many sensors that count were not reached before the run ended, if any.
+pub(crate) fn unreached(survey: &Survey, counts: &[bool]) -> bool {
+    let unknown = survey.results.iter().zip(counts);
+    let unknown = unknown.filter(|(r, counts)| **counts && r.total.mean.is_nan()).count();
+    if unknown > 0 {
+        let of = counts.iter().filter(|counts| **counts).count();
+        say::warning(&format!(
+            "the run ended before {unknown} of {of} sensors were served: nothing is known of them; give it more time (`illum.stop.time`), or ask for fewer sensors"
+        ));
+    }
+    unknown > 0
+}
+
 /// Says how many values, or their errors, are beyond what numbers can hold, if any.
 fn unbounded(survey: &Survey) -> Option<String> {
     let known = |e: &Estimate| e.standard_error.is_finite() || survey.radiosity.is_some();
     let holds = |e: &Estimate| e.mean.is_finite() && known(e);
-    let count = survey.results.iter().filter(|r| !holds(&r.total)).count();
+    // NaN is what a sensor has that does not count.
+    let count =
+        survey.results.iter().filter(|r| !r.total.mean.is_nan() && !holds(&r.total)).count();
     (count > 0).then(|| {
         format!(
             "{count} of {} values, or their intervals, are beyond what numbers can hold; what is infinite is null in JSON; see the strength of the lamps",

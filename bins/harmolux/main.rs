@@ -12,6 +12,7 @@ mod falsecolor;
 mod fit;
 mod fit_many;
 mod fit_report;
+mod foresight;
 mod illum;
 mod illum_map;
 mod illum_report;

@@ -67,7 +67,11 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     let meter = Meter::start("measuring", "largest 95 % half width");
     let watch = |p: &_| meter.show(p);
     let survey = if verb.illuminance {
-        illuminance(&loaded.scene, &sensors, &settings, &watch)
+        let counts: Vec<bool> = behind.iter().map(Option::is_none).collect();
+        let sensors = sensors.iter().zip(&counts).filter(|(_, counts)| **counts);
+        let sensors: Vec<Sensor> = sensors.map(|(sensor, _)| *sensor).collect();
+        let survey = illuminance(&loaded.scene, &sensors, &settings, &watch);
+        survey.map(|survey| survey.scattered(&counts))
     } else {
         let rays: Vec<Ray> = asked.iter().map(|&(at, along)| Ray::new(at, along)).collect();
         luminance(&loaded.scene, &rays, &settings, &watch)
@@ -76,7 +80,12 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     meter.finish();
     report(verb, &survey.results, &behind, as_json)?;
     illum_report::run(&survey);
-    Ok(code(survey.ending, settings.stop, reached(&survey), "largest 95 % half width"))
+    let counts: Vec<bool> = behind.iter().map(Option::is_none).collect();
+    let unknown = illum_report::unreached(&survey, &counts);
+    Ok(match code(survey.ending, settings.stop, reached(&survey), "largest 95 % half width") {
+        Code::Done if unknown => Code::NotMet,
+        code => code,
+    })
 }
 
 /// Refuses a point where a light is: what it receives is without bounds.

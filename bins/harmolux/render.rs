@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use clap::Args;
 use harmolux::estimators::{
-    Ending, Estimator, ImageSettings, Keeper, Rendering, SHARE_WITHIN, Stop, Weighting, render_on,
+    Ending, Estimator, ImageSettings, Keeper, Progress, Rendering, SHARE_WITHIN, Stop, Weighting,
+    render_on,
 };
 use harmolux::io::output::Output;
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec, split_override};
@@ -22,6 +23,7 @@ use serde_json::json;
 use super::arguments::{SceneArguments, size};
 use super::exit::Code;
 use super::fit::about;
+use super::foresight::Foresight;
 use super::progress::{self, Meter};
 use super::render_keep::{Kept, Place};
 use super::render_target::{Image, open_outputs};
@@ -117,10 +119,25 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     };
     let mut save = |so_far: &Rendering| kept.save(so_far, &outputs, &write);
     let keeper = Keeper { every: Kept::every(&file), save: &mut save };
-    let rendering =
-        render_on(&loaded.scene, &camera, &settings, film, &|p| meter.show(p), Some(keeper))
-            .map_err(|e| about(&verb.common.scene, e))?;
+    let foresight = Foresight::new(&settings);
+    let watch = |p: &Progress| {
+        foresight.look(p);
+        meter.show(p)
+    };
+    let rendering = render_on(&loaded.scene, &camera, &settings, film, &watch, Some(keeper))
+        .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
+    if rendering.unfinished == Some(0.0) {
+        kept.end(&rendering);
+        say::warning(&format!(
+            "the run ended after {} before the first row of the picture was done, so nothing is written; give it more time (`render.stop.time`), or take a smaller `--size`",
+            progress::duration(rendering.elapsed)
+        ));
+        return Ok(match rendering.ending {
+            Ending::Interrupted => Code::Interrupted,
+            _ => Code::NotMet,
+        });
+    }
     kept.keep(&rendering);
     let mut written = Vec::new();
     for (image, output) in outputs {
@@ -137,7 +154,10 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
         report(&loaded.fits, &rendering, &written);
     }
     let reached = rendering.film.relative_error_of(SHARE_WITHIN);
-    Ok(code(rendering.ending, settings.stop, reached, ERROR))
+    Ok(match code(rendering.ending, settings.stop, reached, ERROR) {
+        Code::Done if rendering.unfinished.is_some() => Code::NotMet,
+        code => code,
+    })
 }
 
 /// Reads a scene with the overrides of the command line.
@@ -292,11 +312,16 @@ fn warn(rendering: &Rendering) {
     }
     if rendering.caustic > 0.0 {
         say::warning(&format!(
-            "{} of the light comes to surfaces from point lights by mirrors; it is missing where those places are seen in a mirror (with the estimator `path`, everywhere), since no ray finds a point in a mirror; give those lights a size: a sphere or a rectangle with an exitance",
+            "{} of the light goes from point lights to mirrors, which send it on; what it lights is missing where those places are seen in a mirror (with the estimator `path`, everywhere), since no ray finds a point in a mirror; give those lights a size: a sphere or a rectangle with an exitance",
             say::percent(rendering.caustic)
         ));
     }
-    if rendering.ending == Ending::Interrupted {
+    if let Some(share) = rendering.unfinished {
+        say::warning(&format!(
+            "ended in its first pass: {} of the rows are done, the others are black, and no error is known; give it more time (`render.stop.time`), or take a smaller `--size`",
+            say::percent(share)
+        ));
+    } else if rendering.ending == Ending::Interrupted {
         say::warning("interrupted: the files hold the picture so far");
     }
 }

@@ -128,6 +128,10 @@ impl Kept {
 
     /// Saves the state of a run that is over, if it was interrupted or the file was named.
     pub(crate) fn keep(&mut self, rendering: &Rendering) {
+        if rendering.unfinished.is_some() {
+            // No complete pass, nothing to go on from.
+            return;
+        }
         let interrupted = rendering.ending == Ending::Interrupted;
         let written = (interrupted || self.named) && self.write(&rendering.film);
         if written && interrupted {
@@ -138,7 +142,8 @@ impl Kept {
 
     /// Ends the run once the picture is written, and removes the state that nobody asked to keep.
     pub(crate) fn end(self, rendering: &Rendering) {
-        if self.named || rendering.ending == Ending::Interrupted {
+        let to_go_on = self.named || rendering.ending == Ending::Interrupted;
+        if to_go_on && rendering.unfinished.is_none() {
             return;
         }
         if let Err(error) = self.claim.remove() {

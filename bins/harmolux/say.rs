@@ -80,6 +80,22 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
     format!("{x:.decimals$}")
 }
 
+/// Returns for each column how many significant digits, four at least, tell different numbers apart.
+pub(crate) fn columns<const N: usize>(rows: &[[f64; N]]) -> [usize; N] {
+    std::array::from_fn(|column| {
+        let mut numbers: Vec<f64> = rows.iter().map(|row| row[column]).collect();
+        numbers.sort_by(f64::total_cmp);
+        // What differs by rounding alone is the same place.
+        let size = numbers.iter().map(|x| x.abs()).fold(0.0, f64::max);
+        let apart = |pair: &&[f64]| pair[1] - pair[0] > 1e-12 * size;
+        let tells = |digits: usize| {
+            let mut pairs = numbers.windows(2).filter(apart);
+            pairs.all(|pair| significant(pair[0], digits) != significant(pair[1], digits))
+        };
+        (4..13).find(|digits| tells(*digits)).unwrap_or(13)
+    })
+}
+
 /// Writes a value with the digits that its 95 % half width justifies: to the second digit of that, but two at least and seven at most; four where no error
 /// is known, and seven where the value is exact.
 pub(crate) fn measured(x: f64, half_width: f64) -> String {

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::walk::Node;
 use crate::math::Rgb;
 use crate::math::lanes::{LANES, load, splat};
-use crate::scene::Brdf;
+use crate::scene::{Brdf, Vertex};
 use crate::surface::Hit;
 
 /// How many walks make a cloud.
@@ -17,10 +17,12 @@ pub(super) const WALKS: usize = 32;
 
 /// Holds the nodes of some walks.
 pub(super) struct Cloud<'a> {
-    /// Diffuse hits first, as they are in `blocks`; then glossy ones and starts.
+    /// Diffuse hits first, as they are in `blocks`, those on smooth meshes last; then glossy ones and starts.
     nodes: Vec<Node<'a>>,
     diffuse: usize,
     blocks: Vec<Block>,
+    /// The shading normals of the last blocks, those that hold hits on smooth meshes.
+    shading: Vec<[[f64; LANES]; 3]>,
     walks: usize,
     spoilt: usize,
 }
@@ -60,7 +62,7 @@ impl<'a> Cloud<'a> {
     where
         'a: 'w,
     {
-        let (mut nodes, mut others) = (Vec::new(), Vec::new());
+        let (mut nodes, mut smooth, mut others) = (Vec::new(), Vec::new(), Vec::new());
         let (mut sound, mut spoilt) = (0, 0);
         for walk in walks {
             if !walk.last().is_none_or(Node::is_sound) {
@@ -69,14 +71,23 @@ impl<'a> Cloud<'a> {
             }
             sound += 1;
             for node in walk {
-                let kind = if diffuse(node).is_some() { &mut nodes } else { &mut others };
+                let kind = match diffuse(node) {
+                    Some(_) if node.vertex.is_flat() => &mut nodes,
+                    Some(_) => &mut smooth,
+                    None => &mut others,
+                };
                 kind.push(*node);
             }
         }
+        let flat_blocks = nodes.len() / LANES;
+        let any_smooth = !smooth.is_empty();
+        nodes.append(&mut smooth);
         let diffuse = nodes.len();
         let blocks = nodes.chunks(LANES).map(Block::new).collect();
+        let shading = nodes.chunks(LANES).skip(flat_blocks).filter(|_| any_smooth);
+        let shading = shading.map(|nodes| in_lanes(nodes, |v| v.normal)).collect();
         nodes.append(&mut others);
-        Self { nodes, diffuse, blocks, walks: sound, spoilt }
+        Self { nodes, diffuse, blocks, shading, walks: sound, spoilt }
     }
 
     /// Gives the number of walks without those left out.
@@ -134,8 +145,12 @@ impl<'a> Cloud<'a> {
         let mut sums = [f64x8::splat(simd, 0.0); 3];
         let [red, blue] = Rgb::RED_AND_BLUE;
         let (red, blue) = (f64x8::splat(simd, red), f64x8::splat(simd, blue));
-        for (block, weighed) in self.blocks.iter().zip(weighed) {
-            let kernel = block.kernels(simd, plane, limit);
+        let flat_blocks = self.blocks.len() - self.shading.len();
+        for (number, (block, weighed)) in self.blocks.iter().zip(weighed).enumerate() {
+            let mut kernel = block.kernels(simd, plane, limit);
+            if number >= flat_blocks {
+                kernel = block.lit(simd, plane, &self.shading[number - flat_blocks], kernel);
+            }
             let [r, g, b] = block.light(simd, kernel, plane.factor);
             sums = [sums[0] + r, sums[1] + g, sums[2] + b];
             let luminance = (r - g).mul_add(red, (b - g).mul_add(blue, g));
@@ -176,15 +191,28 @@ fn diffuse(node: &Node) -> Option<Rgb> {
     }
 }
 
+/// Puts a vector of each node side by side; 0 in a lane without one.
+fn in_lanes(nodes: &[Node], vector: impl Fn(&Vertex) -> DVec3) -> [[f64; LANES]; 3] {
+    let mut lanes = [[0.0; LANES]; 3];
+    for (lane, node) in nodes.iter().enumerate() {
+        let vector = vector(&node.vertex);
+        for axis in 0..3 {
+            lanes[axis][lane] = vector[axis];
+        }
+    }
+    lanes
+}
+
 impl Block {
     fn new(nodes: &[Node]) -> Self {
-        let mut block = Self::default();
+        let place = in_lanes(nodes, |v| v.hit.point);
+        let mut block =
+            Self { place, normal: in_lanes(nodes, |v| v.true_normal()), ..Self::default() };
         for (lane, node) in nodes.iter().enumerate() {
             let vertex = &node.vertex;
             let strength = diffuse(node).map_or(Rgb::BLACK, |r| node.flux * r / PI);
+            let strength = strength * vertex.arriving();
             for axis in 0..3 {
-                block.place[axis][lane] = vertex.hit.point[axis];
-                block.normal[axis][lane] = vertex.normal[axis];
                 block.strength[axis][lane] = strength.0[axis];
             }
             block.at_least[lane] = if node.caustic { f64::INFINITY } else { 0.0 };
@@ -206,6 +234,21 @@ impl Block {
         let limit = f64x8::splat(simd, limit).max(f64x8::from_slice(simd, &self.at_least));
         let faces = towards.simd_gt(zero) & above.simd_gt(zero) & away.simd_lt(zero);
         faces.select(kernel.min(limit), zero)
+    }
+
+    /// Leaves of K of each lane what is on the side that its shading normal looks to.
+    #[inline(always)]
+    fn lit<S: Simd>(
+        &self,
+        simd: S,
+        plane: &Plane,
+        shading: &[[f64; LANES]; 3],
+        kernel: f64x8<S>,
+    ) -> f64x8<S> {
+        let (place, from) = (load(simd, &self.place), splat(simd, plane.point));
+        let to_node = [place[0] - from[0], place[1] - from[1], place[2] - from[2]];
+        let zero = f64x8::splat(simd, 0.0);
+        dot(to_node, load(simd, shading)).simd_lt(zero).select(kernel, zero)
     }
 
     /// Gives the light of each lane, colour by colour.

@@ -31,8 +31,8 @@ pub(super) use crate::scene::Light;
 use super::candidates::{Candidates, Choice};
 use super::cloud::Cloud;
 use super::direct;
-use super::flat_lights::Outlook;
 use super::gather::{Gathered, Gatherer};
+use super::known_lights::Outlook;
 use super::receiver::Receiver;
 use super::walk::{Launcher, Node};
 use super::weighting::Weighting;
@@ -69,6 +69,8 @@ pub(super) struct Estimate<'a> {
     pub(super) light: Light,
     /// What the connections bring: at first, if nothing hinders them.
     connected: Light,
+    /// The luminance of that.
+    unhindered: f64,
     /// Where its light goes when it is not asked for itself.
     pub(super) beyond: Option<Beyond>,
 }
@@ -78,6 +80,16 @@ pub(super) struct Estimate<'a> {
 pub(super) struct Estimated {
     pub(super) light: Light,
     pub(super) connected: Light,
+    /// What the connections would have brought if nothing had hindered them, as luminance.
+    unhindered: f64,
+}
+
+impl Estimated {
+    /// Returns the luminance of the light, 0 where it is no more than the roundings of what was added and taken off again.
+    pub(super) fn luminance(&self) -> f64 {
+        let luminance = self.light.total().luminance();
+        if luminance.abs() <= Light::ROUNDING * self.unhindered { 0.0 } else { luminance }
+    }
 }
 
 /// Says what an estimate found by a gathering ray gives to the one it was gathered for.
@@ -109,7 +121,7 @@ impl<'a> Connector<'a> {
         Self { scene, launcher, weighting, level: Level::new() }
     }
 
-    /// Looks at the flat lights from a receiver.
+    /// Looks at the known lights from a receiver.
     pub(super) fn outlook(&self, receiver: &Receiver) -> Outlook {
         self.launcher.outlook(receiver)
     }
@@ -142,9 +154,10 @@ impl<'a> Connector<'a> {
         }
         batch.add_beyond();
         let asked = batch.estimates[..asked].iter();
-        asked.map(|Estimate { light, connected, .. }| Estimated {
-            light: *light,
-            connected: *connected,
+        asked.map(|e| Estimated {
+            light: e.light,
+            connected: e.connected,
+            unhindered: e.unhindered,
         })
     }
 
@@ -168,6 +181,7 @@ impl<'a> Connector<'a> {
             estimate.light = estimate.light - *light;
         }
         for estimate in &mut batch.estimates[level] {
+            estimate.unhindered = estimate.connected.total().luminance();
             estimate.light = estimate.light.above_rounding(&estimate.connected);
             estimate.connected = estimate.light;
         }
@@ -183,7 +197,7 @@ impl<'a> Connector<'a> {
     ) {
         let Batch { estimates, gatherers, candidates, rays, connections, .. } = batch;
         let Gatherer { numbers: [.., start], stream, .. } = &mut gatherers[gatherer];
-        let Estimate { receiver, cloud, light, connected, beyond } = &mut estimates[to];
+        let Estimate { receiver, cloud, light, connected, beyond, .. } = &mut estimates[to];
         let first = beyond.is_none();
         if !first {
             direct::few_connections(self.scene, receiver, stream, |(ray, shed)| {
@@ -230,14 +244,15 @@ impl<'a> Connector<'a> {
     /// Gives the light that an unhindered connection to a node carries, its share of Q f W cos' / d^2; `None` where there is no such light.
     fn unhindered(&self, receiver: &Receiver, node: &Node, first: bool) -> Option<Rgb> {
         let to_node = node.vertex.hit.point - receiver.hit.point;
+        let normal = node.vertex.true_normal();
         // What is at one point, too, is turned away from.
-        if node.vertex.normal.dot(to_node) >= 0.0 || receiver.turns_away(to_node) {
+        if normal.dot(to_node) >= 0.0 || receiver.turns_away(to_node) {
             return None;
         }
         let distance2 = to_node.length_squared();
         let direction = to_node / distance2.sqrt();
         let response = receiver.response(direction);
-        let cos = -node.vertex.normal.dot(direction);
+        let cos = -normal.dot(direction);
         if response.is_black() {
             return None;
         }
@@ -247,7 +262,7 @@ impl<'a> Connector<'a> {
         } else {
             let Vertex { normal, outgoing, .. } = node.vertex;
             let brdf = node.vertex.brdf();
-            let leaving = brdf.eval(normal, outgoing, -direction);
+            let leaving = brdf.eval(normal, outgoing, -direction) * node.vertex.arriving();
             let share = || self.weighting.share(first, kernel, brdf.peak(normal, -direction));
             (leaving, if node.caustic { 1.0 } else { share() })
         };
@@ -270,7 +285,7 @@ impl<'a> Estimate<'a> {
         beyond: Option<Beyond>,
     ) -> Self {
         let (light, connected) = (Light::default(), Light::default());
-        Self { receiver, cloud, light, connected, beyond }
+        Self { receiver, cloud, light, connected, unhindered: 0.0, beyond }
     }
 }
 

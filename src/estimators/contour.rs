@@ -1,9 +1,9 @@
-//! How much of its view a point has of a polygon: Lambert's contour formula.
+//! How much of its view a point has of a polygon, a disc or a sphere: Lambert's contour formula.
 
 use std::f64::consts::{PI, TAU};
 
 use arrayvec::ArrayVec;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::receiver::Receiver;
 
@@ -52,6 +52,112 @@ fn above_horizon(relative: &[DVec3; 4], heights: &[f64; 4]) -> ArrayVec<DVec3, 8
         }
     }
     kept
+}
+
+/// Returns the configuration factor of a disc at the origin, from where it is seen, for the unit `normal`: its projected solid
+/// angle over pi. `axis` is the unit normal of the disc on the side that is seen; what is below the horizon is cut off.
+///
+/// The rim r(phi) turns counter-clockwise about the axis, and n.(r x r') / r^2 is integrated in closed form (Lambert 1760) over
+/// the part of it that is above the horizon; a chord along the horizon closes the contour.
+pub(super) fn round(centre: DVec3, axis: DVec3, radius: f64, normal: DVec3) -> f64 {
+    let rim = Rim::new(centre, axis, radius, normal);
+    let (along, height) = (DVec2::new(normal.dot(rim.e1), normal.dot(rim.e2)), normal.dot(centre));
+    let rise = radius * along.length();
+    let sum = if height >= rise {
+        rim.integral(PI) - rim.integral(-PI)
+    } else if height <= -rise {
+        0.0
+    } else {
+        let (middle, half) = (along.to_angle(), (-height / rise).acos());
+        let [from, to] = [middle - half, middle + half];
+        let arc = rim.integral(to) - rim.integral(from);
+        arc + edge(rim.at(to), rim.at(from), normal)
+    };
+    -sum / TAU
+}
+
+/// Returns the outline of a sphere at the origin, from where it is seen, as centre, axis and radius of a disc on the unit sphere;
+/// `None` from inside.
+pub(super) fn outline(centre: DVec3, radius: f64) -> Option<(DVec3, DVec3, f64)> {
+    let distance = centre.length();
+    (distance > radius).then(|| {
+        let cos = ((distance - radius) * (distance + radius)).sqrt() / distance;
+        let towards = centre / distance;
+        (cos * towards, -towards, radius / distance)
+    })
+}
+
+/// The rim of a disc, r = centre + radius (cos phi e1 + sin phi e2), seen from the origin.
+struct Rim {
+    centre: DVec3,
+    radius: f64,
+    e1: DVec3,
+    e2: DVec3,
+    /// n.(r x r') = `constant` + `cos` cos phi + `sin` sin phi.
+    constant: f64,
+    cos: f64,
+    sin: f64,
+    /// r^2 = a + b cos phi; the root of a^2 - b^2, and b / (a + root).
+    a: f64,
+    b: f64,
+    root: f64,
+    q: f64,
+}
+
+impl Rim {
+    fn new(centre: DVec3, axis: DVec3, radius: f64, normal: DVec3) -> Self {
+        let aside = centre.reject_from_normalized(axis);
+        // What is left by rounding alone has no direction; of the rest a second step makes it perpendicular.
+        let e1 = if aside.length() > 1e-12 * centre.length() {
+            aside.normalize().reject_from_normalized(axis).normalize()
+        } else {
+            axis.any_orthonormal_vector()
+        };
+        let e2 = axis.cross(e1);
+        let (height, aside) = (centre.dot(axis), centre.dot(e1));
+        let turned = normal.cross(centre);
+        let squared = |x: f64| x * x + height * height;
+        let (nearest, farthest) = (squared(aside - radius), squared(aside + radius));
+        let (a, b) = (0.5 * (nearest + farthest), 2.0 * radius * aside);
+        let root = (nearest * farthest).sqrt();
+        Self {
+            centre,
+            radius,
+            e1,
+            e2,
+            constant: radius * radius * normal.dot(axis),
+            cos: radius * turned.dot(e2),
+            sin: -radius * turned.dot(e1),
+            a,
+            b,
+            root,
+            q: b / (a + root),
+        }
+    }
+
+    fn at(&self, angle: f64) -> DVec3 {
+        let (sin, cos) = angle.sin_cos();
+        self.centre + self.radius * (cos * self.e1 + sin * self.e2)
+    }
+
+    /// Returns the integral of n.(r x r') / r^2 up to an angle, but for a constant. With q = b / (a + root) it is a Fourier
+    /// series in q that sums to an arc tangent; no difference of large terms is left as q goes to 0.
+    fn integral(&self, angle: f64) -> f64 {
+        let Self { a, b, root, q, .. } = *self;
+        let (sin, cos) = angle.sin_cos();
+        let tangent = (q * sin).atan2(1.0 + q * cos);
+        let inverse = (angle - 2.0 * tangent) / root;
+        let tangent_by_q = if q > 0.0 { tangent / q } else { sin };
+        let of_cos = (2.0 * a / (a + root) * tangent_by_q - q * angle) / root;
+        let x = b / a * cos;
+        let of_sin = if x.abs() > 0.5 {
+            -(self.at(angle).length_squared() / a).ln() / b
+        } else {
+            let slope = if x == 0.0 { 1.0 } else { x.ln_1p() / x };
+            -cos / a * slope
+        };
+        self.constant * inverse + self.cos * of_cos + self.sin * of_sin
+    }
 }
 
 /// How often a quadrilateral is halved at most, both ways, until it is small for its distance.
@@ -134,5 +240,62 @@ mod tests {
             let found = response(&ceiling(), &Receiver::sensor(&sensor));
             assert!((found - expected).abs() <= 5e-3 * expected, "{found} {expected}");
         }
+    }
+
+    /// The midpoint rule over a fine polygon along the rim.
+    fn by_polygon(centre: DVec3, axis: DVec3, radius: f64, normal: DVec3) -> f64 {
+        let rim = Rim::new(centre, axis, radius, normal);
+        let n = 40_000;
+        let at = |k: usize| rim.at(TAU * k as f64 / n as f64);
+        let of = |k: usize| factor(&[centre, at(k), at(k + 1), at(k + 1)], DVec3::ZERO, normal);
+        (0..n).map(of).sum()
+    }
+
+    #[test]
+    fn disc_is_that_of_the_catalogue_and_of_a_fine_polygon() {
+        // Parallel, h above it and r aside: (1 - (q - R^2) / sqrt((q + R^2)^2 - 4 R^2 r^2)) / 2, q = h^2 + r^2.
+        let parallel = |radius: f64, h: f64, r: f64| {
+            let (q, r2) = (h * h + r * r, radius * radius);
+            0.5 * (1.0 - (q - r2) / ((q + r2).powi(2) - 4.0 * r2 * r * r).sqrt())
+        };
+        for (radius, h, r) in
+            [(0.1, 0.05, 0.0), (0.1, 0.05, 0.1), (0.1, 0.001, 0.102), (1.0, 3.0, 5.0)]
+        {
+            let found = round(DVec3::new(r, 0.0, h), DVec3::NEG_Z, radius, DVec3::Z);
+            let exact = parallel(radius, h, r);
+            assert!((found / exact - 1.0).abs() <= 1e-10, "{radius} {h} {r}: {found} {exact}");
+        }
+        let axis = DVec3::new(0.2, -0.4, -1.0).normalize();
+        for centre in [DVec3::new(0.5, 0.3, 1.0), DVec3::new(-2.0, 0.1, 0.3), 0.2 * DVec3::Z] {
+            for normal in [DVec3::Z, DVec3::X, DVec3::new(-1.0, 2.0, -0.3).normalize(), -axis] {
+                let found = round(centre, axis, 0.7, normal);
+                let fine = by_polygon(centre, axis, 0.7, normal);
+                assert!((found - fine).abs() <= 1e-8, "{centre} {normal}: {found} {fine}");
+            }
+        }
+    }
+
+    #[test]
+    fn sphere_is_its_outline() {
+        let factor = |centre: DVec3, radius: f64, normal: DVec3| {
+            outline(centre, radius).map_or(0.0, |(c, axis, r)| round(c, axis, r, normal))
+        };
+        let up = DVec3::new(0.6, 0.0, 0.8);
+        assert!((factor(5.0 * up, 0.5, DVec3::Z) - 0.01 * 0.8).abs() <= 1e-15);
+        for k in 1..50 {
+            let angle = f64::from(k);
+            let towards = DVec3::new(angle.cos(), angle.sin(), 0.3 + 0.01 * angle).normalize();
+            let found = factor(5.0 * towards, 0.5, DVec3::Z);
+            assert!((found - 0.01 * towards.z).abs() <= 1e-15, "{towards}: {found}");
+        }
+        // Half below the horizon: a ball on the horizon at distance d. Howell's formula for a plane that cuts a sphere, h = 0:
+        // F = (asin(1 / D) - sqrt(D^2 - 1) / D^2) / pi, D = d / r.
+        let d: f64 = 2.0;
+        let half = ((1.0 / d).asin() - (d * d - 1.0).sqrt() / (d * d)) / PI;
+        assert!((factor(2.0 * DVec3::X, 1.0, DVec3::Z) - half).abs() <= 1e-14);
+        assert_eq!(factor(DVec3::NEG_Z, 0.5, DVec3::Z), 0.0);
+        assert_eq!(factor(0.2 * DVec3::Z, 0.5, DVec3::Z), 0.0);
+        // Nearly touching it sees nothing else.
+        assert!((factor((1.0 + 1e-12) * DVec3::Z, 1.0, DVec3::Z) - 1.0).abs() <= 1e-11);
     }
 }

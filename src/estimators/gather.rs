@@ -8,7 +8,7 @@ use crate::scene::{BrdfSample, Vertex};
 use crate::surface::Hit;
 
 use super::connect::{Batch, Beyond, Connector, Estimate, Light, share};
-use super::flat_lights::Outlook;
+use super::known_lights::Outlook;
 use super::receiver::Receiver;
 
 /// A gathering ray to be: the estimate it is for, and its random numbers.
@@ -93,20 +93,20 @@ impl<'a> Connector<'a> {
         outlook: Option<&Outlook>,
     ) {
         let from = &mut batch.estimates[gathered.to];
-        // What is known of flat lights is what they send here straight.
+        // What is known of lights is what they send here straight.
         let outlook = outlook.filter(|_| gathered.mirrored.is_none());
-        let flat_lights = outlook.iter().flat_map(|o| o.objects());
-        for (light, known) in flat_lights.filter(|(light, _)| Some(*light) != hit.map(|h| h.0)) {
-            from.light.direct += self.hidden(&from.receiver, &gathered, light) * -known;
-        }
-        let Some((object, hit)) = hit else { return };
-        let vertex = self.scene.refined_vertex(*object, hit, -gathered.sample.direction);
-        if !vertex.is_sound() {
+        let vertex = hit.map(|(object, hit)| {
+            self.scene.refined_vertex(*object, hit, -gathered.sample.direction)
+        });
+        if vertex.as_ref().is_some_and(|vertex| !vertex.is_sound()) {
             from.light = Light::SPOILT;
             return;
         }
-        let unknown = 1.0 - share(outlook, *object);
-        let estimate = self.look(from, &gathered, &vertex, unknown);
+        let shines = self.shining(from, &gathered, vertex.as_ref(), outlook);
+        let in_mirror = gathered.mirrored.is_some();
+        *(if in_mirror { &mut from.light.indirect } else { &mut from.light.direct }) += shines;
+        let Some(vertex) = vertex else { return };
+        let estimate = self.look(from, &gathered, &vertex);
         if let Some((direction, reflectance)) = vertex.mirrored() {
             let left = gathered.mirrored.unwrap_or(Rgb::WHITE);
             let [roulette, next_roulette, ..] = gathered.stream.next_4d();
@@ -123,6 +123,28 @@ impl<'a> Connector<'a> {
             batch.next_gatherers.push(Gatherer::new(to, 1, gathered.stream));
             batch.estimates.push(estimate);
         }
+    }
+
+    /// Returns what a gathering ray sees shine: the unknown part of what it has met, less the known part of what is hidden from it.
+    fn shining(
+        &self,
+        from: &Estimate,
+        gathered: &Gathered,
+        met: Option<&Vertex<'a>>,
+        outlook: Option<&Outlook>,
+    ) -> Rgb {
+        let met = || met.into_iter().flat_map(|vertex| self.scene.shining(vertex));
+        let mut light = Rgb::BLACK;
+        for vertex in met() {
+            let unknown = 1.0 - share(outlook, vertex.object);
+            light += self.emission(&from.receiver, gathered, &vertex) * unknown;
+        }
+        for (object, known) in outlook.iter().flat_map(|outlook| outlook.objects()) {
+            if met().all(|vertex| vertex.object != object) {
+                light += self.hidden(&from.receiver, gathered, object) * -known;
+            }
+        }
+        light
     }
 
     /// Gives the light that a gathering ray would see at an object that emits, if nothing hid it.
@@ -150,27 +172,23 @@ impl<'a> Connector<'a> {
         gathered.sample.weight * emitted * (1.0 - share)
     }
 
-    /// Takes up what a gathering ray sees, of its emission the unknown part, and gives the estimate that goes on there unless roulette ends it.
+    /// Returns the estimate of what is reflected to a gathering ray, unless roulette ends it.
     fn look(
         &self,
-        from: &mut Estimate<'a>,
+        from: &Estimate<'a>,
         gathered: &Gathered,
         vertex: &Vertex<'a>,
-        unknown: f64,
     ) -> Option<Estimate<'a>> {
         if vertex.normal.dot(vertex.outgoing) <= 0.0 {
             return None;
         }
-        let emission = self.emission(&from.receiver, gathered, vertex) * unknown;
-        let (light, rest) = if gathered.mirrored.is_some() {
-            (&mut from.light.indirect, 1.0)
+        let rest = if gathered.mirrored.is_some() {
+            1.0
         } else {
             let kernel = kernel(&from.receiver, gathered, vertex);
             let peak = vertex.brdf().peak(vertex.normal, vertex.outgoing);
-            let share = self.weighting.share(from.beyond.is_none(), kernel, peak);
-            (&mut from.light.direct, 1.0 - share)
+            1.0 - self.weighting.share(from.beyond.is_none(), kernel, peak)
         };
-        *light += emission;
         // Roulette on what the vertex can return at most ends the recursion without bias.
         let lives = if from.beyond.is_none() { FIRST_LIVES } else { 1.0 };
         let survival = (lives * rest * vertex.albedo()).min(1.0);
@@ -186,7 +204,7 @@ impl<'a> Connector<'a> {
 
 /// Gives K between a receiver and what its gathering ray found.
 fn kernel(receiver: &Receiver, gathered: &Gathered, vertex: &Vertex) -> f64 {
-    let cos = vertex.normal.dot(vertex.outgoing);
+    let cos = vertex.true_normal().dot(vertex.outgoing);
     PI * gathered.sample.density * cos / (vertex.hit.point - receiver.hit.point).length_squared()
 }
 

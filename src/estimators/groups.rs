@@ -100,8 +100,9 @@ impl Bracket {
 
     /// Makes the interval about a value that cannot be negative.
     fn around(value: f64, half_width: f64) -> Self {
-        let low = value - half_width;
-        Self { value, low: if low < 0.0 { value.min(0.0) } else { low }, high: value + half_width }
+        // NaN stays NaN.
+        let cut = |x: f64| if x < 0.0 { 0.0 } else { x };
+        Self { value: cut(value), low: cut(value - half_width), high: cut(value + half_width) }
     }
 
     /// Cuts off what is above 1, which a uniformity cannot be.

@@ -15,12 +15,12 @@ use super::cloud::{self, Cloud};
 use super::connect::{Batch, Connector, Estimated, Light};
 use super::direct;
 use super::effort::Effort;
-use super::flat_lights::Outlook;
+use super::known_lights::Outlook;
 use super::path::PathTracer;
 use super::photon::{self, Counter};
 use super::radiosity::{self, Exchange, RadiositySettings};
 use super::receiver::Receiver;
-use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Stop, seed};
+use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Stop, Watch, seed};
 use super::walk::{Launcher, Walked};
 use super::weighting::Weighting;
 
@@ -57,7 +57,7 @@ pub struct SensorSettings {
 /// Holds a finished survey and how it came about.
 #[derive(Debug, Clone)]
 pub struct Survey {
-    /// One result per sensor.
+    /// One result per sensor; [`Measured::UNKNOWN`] where the time was up before any walk was served to it.
     pub results: Vec<Measured>,
     /// What each sensor received in each replicate, lx; sensors share their walks, so that replicates of one number belong together. NaN by radiosity.
     pub replicates: Vec<[f64; REPLICATES]>,
@@ -77,6 +77,19 @@ pub struct Survey {
 }
 
 impl Survey {
+    /// Gives the survey of some sensors the places they have among all: those of which `counts` is true, in order. The others
+    /// have measured NaN.
+    pub fn scattered(self, counts: &[bool]) -> Self {
+        let unknown = (Measured::UNKNOWN, [f64::NAN; REPLICATES]);
+        let (mut results, mut replicates) = (self.results.into_iter(), self.replicates.into_iter());
+        let own = |counts: &bool| {
+            let measured = counts.then(|| results.next().zip(replicates.next())).flatten();
+            measured.unwrap_or(unknown)
+        };
+        let (results, replicates) = counts.iter().map(own).unzip();
+        Self { results, replicates, ..self }
+    }
+
     /// Gives the largest relative 95 % half width; those without any light count as exact. `None` when all are.
     pub fn worst(&self) -> Option<f64> {
         let lit = self.results.iter().map(|r| r.total).filter(|e| e.mean > 0.0);
@@ -116,7 +129,8 @@ pub fn illuminance(
     settings: &SensorSettings,
     observer: Observer,
 ) -> Result<Survey> {
-    let receivers: Vec<_> = sensors.iter().map(|s| Some(Receiver::sensor(s))).collect();
+    let receivers: Vec<_> =
+        sensors.par_iter().map(|s| Receiver::sensor(&scene.settled(s))).collect();
     survey(scene, &receivers, |_| Rgb::BLACK, settings, observer)
 }
 
@@ -134,8 +148,8 @@ pub fn luminance(
     let seen: Vec<Vec<(Vertex, Rgb)>> = rays.par_iter().map(|ray| seen(scene, ray)).collect();
     let all: Vec<(Vertex, Rgb)> = seen.iter().flatten().copied().collect();
     let receivers: Vec<_> =
-        all.iter().map(|(v, left)| Some(Receiver::reflecting(v).through(*left))).collect();
-    let emitted = |i: usize| all[i].1 * all[i].0.emitted();
+        all.iter().map(|(v, left)| Receiver::reflecting(v).through(*left)).collect();
+    let emitted = |i: usize| all[i].1 * scene.emitted(&all[i].0);
     let mut survey = survey(scene, &receivers, emitted, settings, observer)?;
     let (results, replicates) = (survey.results, survey.replicates);
     let mut from = 0;
@@ -184,28 +198,35 @@ fn together(
 /// Measures what receivers get from the walks, and adds what they have of their own.
 fn survey(
     scene: &Scene,
-    receivers: &[Option<Receiver>],
+    receivers: &[Receiver],
     own: impl Fn(usize) -> Rgb + Sync,
     settings: &SensorSettings,
     observer: Observer,
 ) -> Result<Survey> {
     let launcher = Launcher::new(scene)?;
+    let mut control = Control::new(settings.stop);
+    let watch = Watch::new(&control, observer);
     let counts = matches!(settings.estimator, SensorEstimator::Photon { .. });
-    let exact = |(i, receiver): (usize, &Option<Receiver>)| {
-        let lit = receiver.as_ref().filter(|_| !counts);
-        own(i) + lit.map_or(Rgb::BLACK, |r| direct::point_lights(scene, r))
-    };
-    let outlook = |receiver: &Option<Receiver>| match (settings.estimator, receiver) {
-        (SensorEstimator::Local(_), Some(receiver)) => launcher.outlook(receiver),
+    let outlook = |receiver: &Receiver| match settings.estimator {
+        SensorEstimator::Local(_) => launcher.outlook(receiver),
         _ => Outlook::default(),
     };
-    let outlooks: Vec<Outlook> = receivers.par_iter().map(outlook).collect();
-    let points = receivers.par_iter().enumerate().map(exact).zip(&outlooks);
-    let points: Vec<Rgb> = points.map(|(exact, outlook)| exact + outlook.light).collect();
-    if let SensorEstimator::Radiosity(radiosity) = &settings.estimator {
+    // What is known of each receiver before any walk; of none that the time did not suffice for.
+    let prepare = |(i, receiver): (usize, &Receiver)| {
+        if watch.ends(|| 0) {
+            return (Rgb::BLACK, Outlook::default());
+        }
+        let exact = if counts { Rgb::BLACK } else { direct::point_lights(scene, receiver) };
+        let outlook = outlook(receiver);
+        (own(i) + exact + outlook.light, outlook)
+    };
+    let prepared = receivers.par_iter().enumerate().map(prepare);
+    let (points, outlooks): (Vec<Rgb>, Vec<Outlook>) = prepared.unzip();
+    let counters = counters(scene, receivers, settings.estimator)?;
+    if let (SensorEstimator::Radiosity(radiosity), false) = (&settings.estimator, watch.has_ended())
+    {
         return radiosity::survey(scene, receivers, &points, radiosity, settings.stop, observer);
     }
-    let counters = counters(scene, receivers, settings.estimator)?;
     let mut survey = Run {
         scene,
         launcher: &launcher,
@@ -215,11 +236,12 @@ fn survey(
         efforts: vec![Effort::default(); receivers.len()],
         weightings: Vec::new(),
         counters,
+        done: vec![0; receivers.len().div_ceil(SERVED_TOGETHER)],
     };
-    survey.weigh(&points);
+    survey.weigh(&points, &watch);
     let mut sums = vec![[Sum::default(); REPLICATES]; receivers.len()];
-    let mut control = Control::new(settings.stop);
     let (mut done, mut escaped) = (0, 0.0);
+    let mut ending = watch.has_ended().then(|| watch.ending());
     // Whether the doubling before let expect that this one meets the target. A run that stopped at the first error that happens to be small enough would
     // stop too often at one that is too small, and its intervals would hold the truth less often than they claim.
     let mut foreseen = false;
@@ -228,14 +250,22 @@ fn survey(
         .walks
         .map_or(FIRST_ROUND, |w| w.div_ceil(REPLICATES as u64).clamp(1, FIRST_ROUND));
     let ending = loop {
+        if let Some(ending) = ending {
+            break ending;
+        }
         let block = (target - done).min(LARGEST_BLOCK).min(control.affordable(done));
-        escaped += survey.add_walks(done, block, &mut sums);
+        let watch = Watch::new(&control, observer);
+        escaped += survey.add_walks(done, block, &mut sums, &watch);
+        if watch.has_ended() {
+            break watch.ending();
+        }
         done += block;
         let walks = done * REPLICATES as u64;
         let doubled = done == target;
         // Where nothing has got any light after so many walks, nothing is waited for.
         let error = largest_half_width(&points, &sums, done);
-        let error = error.or_else(|| (walks >= ENOUGH_IN_THE_DARK).then_some(0.0));
+        let waits = walks < ENOUGH_IN_THE_DARK && !receivers.is_empty();
+        let error = error.or_else(|| (!waits).then_some(0.0));
         let judged = if doubled { 2 * walks } else { target * REPLICATES as u64 };
         let known = error.map(|error| Known { error, walks, judged });
         let reached = doubled && control.meets_target(known) && foreseen;
@@ -244,31 +274,29 @@ fn survey(
             foreseen = error.zip(nearly).is_some_and(|(error, nearly)| error <= nearly);
         }
         let broken = control.report(walks, observer) == ControlFlow::Break(());
-        if reached {
-            break Ending::Error;
-        }
-        if broken {
-            break Ending::Interrupted;
-        }
-        if doubled && control.is_open_ended() {
-            break Ending::Walks;
-        }
-        if let Some(ending) = control.is_over(walks) {
-            break ending;
-        }
-        if doubled {
+        ending = if reached {
+            Some(Ending::Error)
+        } else if broken {
+            Some(Ending::Interrupted)
+        } else if doubled && control.is_open_ended() {
+            Some(Ending::Walks)
+        } else {
+            control.is_over(walks)
+        };
+        if doubled && ending.is_none() {
             survey.plan(&sums, done);
             let limit = settings.stop.walks.map_or(u64::MAX, |w| w.div_ceil(REPLICATES as u64));
             target = (2 * target).min(limit);
         }
     };
-    let own = points.par_iter().zip(&sums);
+    let of = |i: usize| survey.done[i / SERVED_TOGETHER];
+    let own = points.par_iter().zip(&sums).enumerate();
     Ok(Survey {
-        results: own.clone().map(|(p, s)| result(*p, s, done)).collect(),
-        replicates: own.map(|(p, s)| replicates(*p, s, done, |s| s.total)).collect(),
+        results: own.clone().map(|(i, (p, s))| result(*p, s, of(i))).collect(),
+        replicates: own.map(|(i, (p, s))| replicates(*p, s, of(i), |s| s.total)).collect(),
         ending,
         walks: done * REPLICATES as u64,
-        escaped: escaped / (launcher.power() * (done * REPLICATES as u64) as f64),
+        escaped: escaped / (launcher.power() * (done.max(1) * REPLICATES as u64) as f64),
         caustic: launcher.caustic_share(settings.randomness, settings.seed),
         elapsed: control.elapsed(),
         radiosity: None,
@@ -278,29 +306,30 @@ fn survey(
 /// Places the discs on which photons are counted; none for another estimator.
 fn counters<'a>(
     scene: &Scene,
-    receivers: &[Option<Receiver<'a>>],
+    receivers: &[Receiver<'a>],
     estimator: SensorEstimator,
-) -> Result<Vec<Option<Counter<'a>>>> {
+) -> Result<Vec<Counter<'a>>> {
     let SensorEstimator::Photon { radius } = estimator else { return Ok(Vec::new()) };
     let radius = photon::radius(scene, radius)?;
-    let counter =
-        |r: &Option<Receiver<'a>>| r.as_ref().map(|r| Counter::new(scene, r, radius)).transpose();
-    receivers.iter().map(counter).collect()
+    receivers.iter().map(|receiver| Counter::new(scene, receiver, radius)).collect()
 }
 
 struct Run<'a> {
     scene: &'a Scene,
     launcher: &'a Launcher<'a>,
     settings: &'a SensorSettings,
-    receivers: &'a [Option<Receiver<'a>>],
-    /// What each receiver knows of flat lights.
+    receivers: &'a [Receiver<'a>],
+    /// What each receiver knows of lights of simple shapes.
     outlooks: Vec<Outlook>,
     /// How many rays gather for each.
     efforts: Vec<Effort>,
     /// How light is divided for each; for the local estimate alone.
     weightings: Vec<Weighting>,
     /// Where photons are counted.
-    counters: Vec<Option<Counter<'a>>>,
+    counters: Vec<Counter<'a>>,
+    /// The walks of each replicate so far, for each [`SERVED_TOGETHER`] receivers: some have more than others where the time
+    /// was up in between.
+    done: Vec<u64>,
 }
 
 /// The walks of one replicate that serve sensors together.
@@ -317,20 +346,24 @@ fn to_clouds<'a>(walks: &[Walked<'a>]) -> Vec<Cloud<'a>> {
 }
 
 impl<'a> Run<'a> {
-    /// Chooses how light is divided for each sensor, from the light of point and flat lights that is known and what a replicate more finds, which counts for nothing else.
-    fn weigh(&mut self, points: &[Rgb]) {
+    /// Chooses how light is divided for each sensor, from the light that is known and an uncounted
+    /// pilot replicate.
+    fn weigh(&mut self, points: &[Rgb], watch: &Watch) {
         let SensorEstimator::Local(weighting) = self.settings.estimator else { return };
         self.weightings = vec![weighting; self.receivers.len()];
         if !matches!(weighting, Weighting::Bounded { .. }) {
             return;
         }
         let count = cloud::WALKS as u64;
-        let walks: Vec<Walked> = (0..count).map(|i| self.walk(REPLICATES, i)).collect();
+        let walks: Vec<Walked> = (0..count).map(|i| self.walk(REPLICATES, i, watch)).collect();
         let clouds = to_clouds(&walks);
         let sensors = self.receivers.len();
         let weigh = |chunk: usize| {
             let mut batch = Batch::default();
             let weigh = |sensor: usize| {
+                if watch.ends(|| 0) {
+                    return weighting;
+                }
                 let mut sum = Sum::default();
                 let served = Served {
                     replicate: REPLICATES,
@@ -338,7 +371,7 @@ impl<'a> Run<'a> {
                     walks: &walks,
                     clouds: &clouds,
                 };
-                self.serve(sensor, served, &mut batch, &mut sum);
+                self.serve(sensor, served, &mut batch, &mut sum, watch);
                 let found = points[sensor].luminance() + sum.total / count as f64;
                 weighting.raised(found / self.launcher.power())
             };
@@ -350,21 +383,32 @@ impl<'a> Run<'a> {
         self.weightings = weightings;
     }
 
-    /// Adds the walks `first..first + count` of every replicate to every sensor; returns the flux that escaped.
-    fn add_walks(&mut self, first: u64, count: u64, sums: &mut [[Sum; REPLICATES]]) -> f64 {
+    /// Adds the walks `first..first + count` of every replicate to every sensor, as many as there is time for; returns the flux
+    /// that escaped.
+    fn add_walks(
+        &mut self,
+        first: u64,
+        count: u64,
+        sums: &mut [[Sum; REPLICATES]],
+        watch: &Watch,
+    ) -> f64 {
+        let walk = |replicate: usize| -> Vec<Walked> {
+            (first..first + count).map(|i| self.walk(replicate, i, watch)).collect()
+        };
         let walks: Vec<Vec<Walked>> = match self.settings.estimator {
             SensorEstimator::Path | SensorEstimator::Radiosity(_) => Vec::new(),
-            SensorEstimator::Local(_) | SensorEstimator::Photon { .. } => (0..REPLICATES)
-                .into_par_iter()
-                .map(|replicate| (first..first + count).map(|i| self.walk(replicate, i)).collect())
-                .collect(),
+            SensorEstimator::Local(_) | SensorEstimator::Photon { .. } => {
+                (0..REPLICATES).into_par_iter().map(walk).collect()
+            }
         };
+        if watch.has_ended() {
+            return 0.0;
+        }
         let clouds: Vec<Vec<Cloud>> = match self.settings.estimator {
             SensorEstimator::Local(_) => walks.par_iter().map(|walks| to_clouds(walks)).collect(),
             _ => Vec::new(),
         };
-        // A replicate's walks stay at hand while they serve some sensors; few sensors keep all threads busy too.
-        sums.par_chunks_mut(SERVED_TOGETHER).enumerate().for_each(|(chunk, sums)| {
+        let add = |chunk: usize, sums: &mut [[Sum; REPLICATES]]| -> u64 {
             let from = chunk * SERVED_TOGETHER;
             let serve = |replicate: usize| -> Vec<Sum> {
                 let own = walks.get(replicate).map_or(&[][..], Vec::as_slice);
@@ -374,12 +418,15 @@ impl<'a> Run<'a> {
                     let mut sum = Sum::default();
                     let served =
                         Served { replicate, indices: first..first + count, walks: own, clouds };
-                    self.serve(sensor, served, &mut batch, &mut sum);
+                    self.serve(sensor, served, &mut batch, &mut sum, watch);
                     sum
                 };
                 (from..from + sums.len()).map(&mut serve).collect()
             };
             let served: Vec<Vec<Sum>> = (0..REPLICATES).into_par_iter().map(serve).collect();
+            if watch.has_ended() {
+                return 0;
+            }
             for (replicate, served) in served.iter().enumerate() {
                 for (sums, served) in sums.iter_mut().zip(served) {
                     sums[replicate].direct += served.direct;
@@ -388,7 +435,12 @@ impl<'a> Run<'a> {
                     sums[replicate].spoilt += served.spoilt;
                 }
             }
-        });
+            count
+        };
+        // A replicate's walks stay at hand while they serve some sensors; few sensors keep all threads busy too.
+        let chunks = sums.par_chunks_mut(SERVED_TOGETHER).enumerate();
+        let added: Vec<u64> = chunks.map(|(chunk, sums)| add(chunk, sums)).collect();
+        self.done.iter_mut().zip(added).for_each(|(done, added)| *done += added);
         if let Some(clouds) = clouds.first() {
             self.efforts.par_iter_mut().for_each(|effort| {
                 let rays = clouds.iter().map(|cloud| effort.rays_for(cloud.taken()) as u64);
@@ -409,20 +461,33 @@ impl<'a> Run<'a> {
         });
     }
 
-    fn walk(&self, replicate: usize, index: u64) -> Walked<'a> {
+    /// Follows a walk; what there is no time for is cut short.
+    fn walk(&self, replicate: usize, index: u64, watch: &Watch) -> Walked<'a> {
         let seed = seed(self.settings.seed, replicate, WALKS);
-        self.launcher.follow(&mut Stream::new(self.settings.randomness, seed, index))
+        let stream = &mut Stream::new(self.settings.randomness, seed, index);
+        let ends = || watch.ends(|| self.walks());
+        if ends() { Walked::default() } else { self.launcher.follow(stream, &ends) }
     }
 
-    /// Adds a block of walks, or of paths when there are none, to one sensor of one replicate.
+    /// Returns the number of walks that all receivers have.
+    fn walks(&self) -> u64 {
+        REPLICATES as u64 * self.done.iter().copied().min().unwrap_or(0)
+    }
+
+    /// Adds a block of walks, or of paths when there are none, to one sensor of one replicate, if there is time.
     fn serve<'w>(
         &'w self,
         sensor: usize,
         Served { replicate, indices, walks, clouds }: Served<'w>,
         batch: &mut Batch<'w>,
         sum: &mut Sum,
+        watch: &Watch,
     ) {
-        let Some(receiver) = &self.receivers[sensor] else { return };
+        let ends = || watch.ends(|| self.walks());
+        if ends() {
+            return;
+        }
+        let receiver = &self.receivers[sensor];
         let seed = hash([seed(self.settings.seed, replicate, GATHER), sensor as u64]);
         let stream = |index| Stream::new(self.settings.randomness, seed, index);
         let mut add = |light: Light| {
@@ -436,12 +501,13 @@ impl<'a> Run<'a> {
         match self.settings.estimator {
             SensorEstimator::Path => {
                 let tracer = PathTracer::new(self.scene);
-                indices.for_each(|i| add(tracer.trace(receiver, &mut stream(i))));
+                let mut indices = indices.take_while(|_| !ends());
+                indices.by_ref().for_each(|i| add(tracer.trace(receiver, &mut stream(i))));
             }
             // Its survey is its own.
             SensorEstimator::Radiosity(_) => {}
             SensorEstimator::Photon { .. } => {
-                let Some(counter) = &self.counters[sensor] else { return };
+                let counter = &self.counters[sensor];
                 for walk in walks {
                     add(counter.count(walk));
                 }
@@ -459,14 +525,15 @@ impl<'a> Run<'a> {
                     (cloud, (0..count).map(move |k| stream(from + k as u64)))
                 });
                 let estimated = connector.estimate(batch, receiver, &self.outlooks[sensor], asked);
-                for (cloud, Estimated { light, connected }) in clouds.iter().zip(estimated) {
+                for (cloud, estimated) in clouds.iter().zip(estimated) {
+                    let Estimated { light, connected, .. } = estimated;
                     sum.spoilt += cloud.spoilt() as u64;
                     if light.is_finite() {
                         let walks = cloud.walks() as f64;
-                        let total = light.total();
                         sum.direct += light.direct.luminance() * walks;
-                        sum.total += total.luminance() * walks;
-                        sum.gathered += (total - connected.total()).luminance() * walks;
+                        sum.total += estimated.luminance() * walks;
+                        let gathered = light.total() - connected.total();
+                        sum.gathered += gathered.luminance() * walks;
                     } else {
                         sum.spoilt += cloud.walks() as u64;
                     }
@@ -478,7 +545,14 @@ impl<'a> Run<'a> {
 
 /// Turns the sums of one sensor into its result.
 fn result(points: Rgb, sums: &[Sum; REPLICATES], walks: u64) -> Measured {
-    let mean = |sum| Estimate::of_replicates(&replicates(points, sums, walks, sum));
+    if walks == 0 {
+        return Measured::UNKNOWN;
+    }
+    // Light that is taken off again can come to less than nothing by chance.
+    let mean = |sum| {
+        let estimate = Estimate::of_replicates(&replicates(points, sums, walks, sum));
+        Estimate { mean: estimate.mean.max(0.0), ..estimate }
+    };
     Measured {
         total: mean(|s| s.total),
         direct: mean(|s| s.direct),
@@ -493,6 +567,9 @@ fn replicates(
     walks: u64,
     sum: fn(&Sum) -> f64,
 ) -> [f64; REPLICATES] {
+    if walks == 0 {
+        return [f64::NAN; REPLICATES];
+    }
     let points = points.luminance();
     sums.map(|s| points + sum(&s) / (walks - s.spoilt).max(1) as f64)
 }

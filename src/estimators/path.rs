@@ -1,7 +1,7 @@
 //! Backward path tracing: the reference that shares nothing with the walks.
 //!
 //! From the receiver onwards by BRDF samples; point lights are connected at every vertex, emitting surfaces are met by chance and sampled by area,
-//! both weighed by the balance heuristic (Veach and Guibas 1995); Russian roulette ends a path.
+//! the samples by area taking up to as much as the chance finds (c = min(1, p_area / p_chance)); Russian roulette ends a path.
 
 use glam::DVec2;
 
@@ -66,7 +66,7 @@ impl<'a> PathTracer<'a> {
                         let ray = vertex.hit.leave(direction);
                         let Some(next) = self.scene.vertex(&ray) else { return light };
                         vertex = next;
-                        light.indirect += throughput * vertex.emitted();
+                        light.indirect += throughput * self.scene.emitted(&vertex);
                         [roulette, choice, ..] = stream.next_4d();
                     }
                     _ => {
@@ -82,17 +82,14 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// Gives the luminance of an emitter met by a BRDF sample, weighed against area sampling.
+    /// Gives the luminance of an emitter met by a BRDF sample, less the share of area sampling.
     fn met_emitter(&self, from: &Receiver, vertex: &Vertex, sample: &BrdfSample) -> Rgb {
-        let emitted = vertex.emitted();
-        if emitted.is_black() {
-            return emitted;
-        }
-        let by_area = self.density(vertex, (vertex.hit.point - from.hit.point).length_squared());
-        emitted * (sample.density / (sample.density + by_area))
+        let distance2 = (vertex.hit.point - from.hit.point).length_squared();
+        let rest = |v: &Vertex| (1.0 - self.density(v, distance2) / sample.density).max(0.0);
+        self.scene.shining(vertex).map(|v| v.emitted() * rest(&v)).sum()
     }
 
-    /// Samples one point on the emitting surfaces, weighed against BRDF sampling.
+    /// Samples one point on the emitting surfaces, with the share that BRDF sampling leaves.
     fn sampled_emitter(&self, receiver: &Receiver, stream: &mut Stream) -> Rgb {
         if self.powers.is_empty() {
             return Rgb::BLACK;
@@ -114,7 +111,7 @@ impl<'a> PathTracer<'a> {
         {
             return Rgb::BLACK;
         }
-        emitted * response / (density + receiver.density(direction))
+        emitted * response / density.max(receiver.density(direction))
     }
 
     /// Gives the density per steradian, seen from distance sqrt(distance2), with which area sampling picks the point of a vertex.

@@ -1,6 +1,7 @@
 //! How long an estimate runs, and how its error is known: R independent replicates, doubled until a target, a time or a number is met.
 
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::math::hash;
@@ -154,6 +155,50 @@ impl Control {
         let ends = self.stop.relative_error.zip(self.known);
         let by_error = ends.map(|(target, known)| walks as f64 / known.needed(target));
         [by_walks, by_time, by_error].into_iter().flatten().fold(0.0, f64::max).min(1.0)
+    }
+}
+
+/// Asks from within long work, on any thread, whether the run is to end at once: its time is up, or the observer breaks it.
+pub(super) struct Watch<'a> {
+    control: &'a Control,
+    observer: Observer<'a>,
+    ended: AtomicBool,
+    /// When it is asked next, milliseconds since the start.
+    next: AtomicU64,
+}
+
+/// The milliseconds between two questions.
+const ASKED_EVERY: u64 = 20;
+
+impl<'a> Watch<'a> {
+    pub(super) fn new(control: &'a Control, observer: Observer<'a>) -> Self {
+        let next = AtomicU64::new(control.elapsed().as_millis() as u64 + ASKED_EVERY);
+        Self { control, observer, ended: AtomicBool::new(false), next }
+    }
+
+    /// Whether the work is to be abandoned; the observer is told the walks that are done.
+    pub(super) fn ends(&self, walks: impl FnOnce() -> u64) -> bool {
+        let now = self.control.elapsed().as_millis() as u64;
+        let next = self.next.load(Ordering::Relaxed);
+        let (old, new) = (Ordering::Relaxed, Ordering::Relaxed);
+        let asks =
+            now >= next && self.next.compare_exchange(next, now + ASKED_EVERY, old, new).is_ok();
+        if asks
+            && (self.control.report(walks(), self.observer).is_break() || self.control.is_late())
+        {
+            self.ended.store(true, Ordering::Relaxed);
+        }
+        self.has_ended()
+    }
+
+    /// Whether any work was abandoned.
+    pub(super) fn has_ended(&self) -> bool {
+        self.ended.load(Ordering::Relaxed)
+    }
+
+    /// Returns why it was.
+    pub(super) fn ending(&self) -> Ending {
+        if self.control.is_late() { Ending::Time } else { Ending::Interrupted }
     }
 }
 

@@ -11,7 +11,7 @@ use crate::math::{Randomness, Ray, Rgb, Stream, hash, sampling};
 use crate::scene::{Emitter, PointLight, Scene, Vertex};
 use crate::{Error, Result};
 
-use super::flat_lights::{FlatLights, Outlook};
+use super::known_lights::{KnownLights, Outlook};
 use super::receiver::Receiver;
 
 /// Holds a point of a walk that can be connected to receivers.
@@ -19,7 +19,7 @@ use super::receiver::Receiver;
 pub struct Node<'a> {
     /// Where.
     pub vertex: Vertex<'a>,
-    /// The flux that leaves an emitting surface here, or arrives at a hit, lm.
+    /// The flux that leaves an emitting surface here, or arrives at a hit, lm; that of all hits it stands for in a long walk.
     pub flux: Rgb,
     /// For the start on an emitting surface: the density, 1/m2, with which walks start here. `None` at a hit.
     pub start_density: Option<f64>,
@@ -35,6 +35,7 @@ impl Node<'_> {
 }
 
 /// Holds a finished walk.
+#[derive(Default)]
 pub(super) struct Walked<'a> {
     /// Its start on an emitting surface, and its hits.
     pub(super) nodes: Vec<Node<'a>>,
@@ -62,7 +63,7 @@ const CAUSTICS: u64 = 0xca;
 pub struct Launcher<'a> {
     scene: &'a Scene,
     sources: Vec<Source<'a>>,
-    flat_lights: FlatLights,
+    known_lights: KnownLights,
     /// Ascending sums of the sources' powers, lm.
     cumulative: Vec<f64>,
 }
@@ -100,7 +101,7 @@ impl<'a> Launcher<'a> {
                     .into(),
             ));
         }
-        Ok(Self { scene, sources, flat_lights: FlatLights::of(scene), cumulative })
+        Ok(Self { scene, sources, known_lights: KnownLights::of(scene), cumulative })
     }
 
     /// Gives the power, lm, that all sources are counted with when one is picked.
@@ -108,9 +109,9 @@ impl<'a> Launcher<'a> {
         self.cumulative.last().copied().unwrap_or(0.0)
     }
 
-    /// Looks at the flat lights from a receiver.
+    /// Looks at the known lights from a receiver.
     pub(super) fn outlook(&self, receiver: &Receiver) -> Outlook {
-        self.flat_lights.seen_from(self.scene, receiver)
+        self.known_lights.seen_from(self.scene, receiver)
     }
 
     /// Gives the density, 1/m2, with which walks start at a point of an emitting object.
@@ -123,16 +124,23 @@ impl<'a> Launcher<'a> {
         }
     }
 
-    /// Gives the share of all flux that comes to surfaces from point lights by mirrors, looked up by some thousand walks: a receiver gets none of it straight, since no ray
-    /// from there can find a point in a mirror. (From surfaces that emit it gets that, too.)
+    /// Returns the share of all light, 0 to 1, that point lights shed on mirrors and these send on, looked up by some thousand
+    /// rays. A receiver gets none of it straight, since no ray from there can find a point in a mirror. (From surfaces that
+    /// emit it gets that, too.)
     pub(super) fn caustic_share(&self, randomness: Randomness, seed: u64) -> f64 {
         if !self.scene.has_mirrors() || self.scene.lights().is_empty() {
             return 0.0;
         }
         let seed = hash([seed, CAUSTICS]);
         let caustic = |index| -> f64 {
-            let walked = self.follow(&mut Stream::new(randomness, seed, index));
-            walked.nodes.iter().filter(|n| n.caustic).map(|n| n.flux.luminance()).sum()
+            let [u, v, pick, _] = Stream::new(randomness, seed, index).next_4d();
+            let Source::Point(light) = self.sources[sampling::discrete(&self.cumulative, pick).0]
+            else {
+                return 0.0;
+            };
+            let (ray, flux) = self.leave_point(light, [u, v]);
+            let mirrored = self.scene.vertex(&ray).and_then(|vertex| vertex.mirrored());
+            mirrored.map_or(0.0, |(_, reflectance)| (flux * reflectance).luminance())
         };
         let flux: f64 =
             (0..WALKS_FOR_CAUSTICS).into_par_iter().map(caustic).collect::<Vec<_>>().iter().sum();
@@ -141,18 +149,23 @@ impl<'a> Launcher<'a> {
 
     /// Follows one walk, adds its nodes to `nodes` and returns the flux that escaped from the scene.
     pub fn walk(&self, stream: &mut Stream, nodes: &mut Vec<Node<'a>>) -> Rgb {
-        self.run(stream, nodes).map_or(Rgb::BLACK, |(_, flux)| flux)
+        self.run(stream, nodes, &|| false).map_or(Rgb::BLACK, |(_, flux)| flux)
     }
 
-    /// Follows one walk to its end.
-    pub(super) fn follow(&self, stream: &mut Stream) -> Walked<'a> {
+    /// Follows one walk to its end, or until `ends` says that it is not needed.
+    pub(super) fn follow(&self, stream: &mut Stream, ends: &dyn Fn() -> bool) -> Walked<'a> {
         let mut nodes = Vec::new();
-        let escape = self.run(stream, &mut nodes);
+        let escape = self.run(stream, &mut nodes, ends);
         Walked { nodes, escape }
     }
 
     /// Follows one walk and returns the ray and the flux with which it left the scene.
-    fn run(&self, stream: &mut Stream, nodes: &mut Vec<Node<'a>>) -> Option<(Ray, Rgb)> {
+    fn run(
+        &self,
+        stream: &mut Stream,
+        nodes: &mut Vec<Node<'a>>,
+        ends: &dyn Fn() -> bool,
+    ) -> Option<(Ray, Rgb)> {
         let [u, v, pick, along] = stream.next_4d();
         let (index, rest) = sampling::discrete(&self.cumulative, pick);
         let (mut ray, mut flux) = match self.sources[index] {
@@ -166,17 +179,23 @@ impl<'a> Launcher<'a> {
             }
         };
         let faint = FAINT * flux.luminance();
+        let mut thinning = Thinning::default();
         // Of what the light came from last that is no mirror: whether nothing finds it by a ray.
         let mut hidden = matches!(self.sources[index], Source::Point(_));
         let mut mirrored = false;
         loop {
-            let Some(vertex) = self.scene.vertex(&ray) else { return Some((ray, flux)) };
-            let caustic = hidden && mirrored;
-            nodes.push(Node { vertex, flux, start_density: None, caustic });
-            if !nodes.last().is_some_and(Node::is_sound) {
-                // It would outlive every roulette; who looks at the walk counts it as spoilt.
+            if thinning.hits % ASKED_EVERY == ASKED_EVERY - 1 && ends() {
                 return None;
             }
+            let Some(vertex) = self.scene.vertex(&ray) else { return Some((ray, flux)) };
+            let caustic = hidden && mirrored;
+            let node = Node { vertex, flux, start_density: None, caustic };
+            if !node.is_sound() {
+                // It would outlive every roulette; who looks at the walk counts it as spoilt.
+                nodes.push(node);
+                return None;
+            }
+            nodes.extend(thinning.take(node, stream));
             let [u, v, roulette, choice] = stream.next_4d();
             let (direction, weight, by_mirror) = reflect(&vertex, [u, v], choice)?;
             if by_mirror {
@@ -203,7 +222,9 @@ impl<'a> Launcher<'a> {
     fn start_on(&self, emitter: &Emitter, u: DVec2) -> Option<Node<'a>> {
         let object = &self.scene.objects()[emitter.object];
         let point = object.area.as_ref()?.sample_area(u);
+        // Emission knows the true surface alone.
         let vertex = self.scene.vertex_at(emitter.object, point.hit, point.hit.normal);
+        let vertex = Vertex { normal: point.hit.normal, ..vertex };
         let density = emitter.power / self.power() * point.density;
         let exitance = vertex.material.exitance;
         (density > 0.0 && !exitance.is_black()).then(|| Node {
@@ -215,19 +236,51 @@ impl<'a> Launcher<'a> {
     }
 }
 
+/// Thins the hits of a long walk out, so that its memory grows with the logarithm of its length: after [`ALL_KEPT`] hits one of
+/// two is kept and stands for both, after as many more one of four, and so on.
+#[derive(Default)]
+struct Thinning {
+    hits: u64,
+    /// Which hit of the present stride is kept.
+    chosen: u64,
+}
+
+/// After how many hits of a walk each time it is asked whether it is still needed.
+const ASKED_EVERY: u64 = 256;
+
+/// How many hits of a walk are kept at each stride.
+const ALL_KEPT: u64 = 64;
+
+impl Thinning {
+    /// Returns a hit as it is to be kept, if at all: of each stride one, drawn at random.
+    fn take<'a>(&mut self, node: Node<'a>, stream: &mut Stream) -> Option<Node<'a>> {
+        // Strides 1, 2, 4, ... hold ALL_KEPT kept hits each, so they begin at ALL_KEPT (stride - 1).
+        let stride = 1_u64 << (self.hits / ALL_KEPT + 1).ilog2();
+        let place = (self.hits - ALL_KEPT * (stride - 1)) % stride;
+        if place == 0 && stride > 1 {
+            self.chosen = (stream.next_4d()[0] * stride as f64) as u64;
+        }
+        self.hits += 1;
+        (place == self.chosen).then(|| Node { flux: node.flux * stride as f64, ..node })
+    }
+}
+
 /// Samples how light goes on from a vertex: the direction, the weight, and whether by a mirror.
 fn reflect(vertex: &Vertex, u: [f64; 2], choice: f64) -> Option<(DVec3, Rgb, bool)> {
     let mirrored = vertex.mirrored();
+    let adjoint = |direction| vertex.adjoint(direction);
     let by_mirror = mirrored.map_or(0.0, |(_, reflectance)| {
         reflectance.luminance() / (reflectance.luminance() + vertex.albedo())
     });
     match mirrored {
         Some((direction, reflectance)) if choice < by_mirror => {
-            Some((direction, reflectance / by_mirror, true))
+            let weight = reflectance / by_mirror * adjoint(direction)?;
+            Some((direction, weight, true))
         }
         _ => {
             let sample = vertex.brdf().sample(vertex.normal, vertex.outgoing, u)?;
-            Some((sample.direction, sample.weight / (1.0 - by_mirror), false))
+            let weight = sample.weight / (1.0 - by_mirror) * adjoint(sample.direction)?;
+            Some((sample.direction, weight, false))
         }
     }
 }

@@ -1,13 +1,14 @@
 //! Which objects a ray is put to: all of them while they are few, those whose boxes it meets when they are many.
 //!
-//! The answer is the same either way: the object whose hit is nearest by its own account, and of several at exactly the same distance
-//! the one that stands first among the objects.
+//! The answer is the same either way: the object whose hit is nearest. Surfaces that lie in one place, as far as rounding
+//! can tell, are ordered by what is meant: one that shines at the ray comes before others, then one whose face is turned to
+//! the ray, then the one with the smaller area (a carpet lies on a floor), then the first among the objects.
 
 use glam::DVec3;
 
 use crate::math::{Aabb, Ray};
 use crate::surface::primitives::Rectangles;
-use crate::surface::{Bvh, Hit};
+use crate::surface::{Bvh, END_ROUNDING, Hit};
 
 use super::Object;
 
@@ -29,6 +30,20 @@ pub(super) struct Index {
     rectangles: Rectangles,
     /// The boxes of the rest.
     tree: Option<Bvh>,
+    order: Order,
+}
+
+/// Orders hits along a ray.
+#[derive(Debug, Clone)]
+struct Order {
+    /// The area of each object, m2; infinite for a plane.
+    areas: Vec<f64>,
+    /// The diagonal of the bounds of each, m; of an infinite one that of all finite ones.
+    sizes: Vec<f64>,
+    /// How far, in metres along its normal, rounding moves the surface of each object at most.
+    roundings: Vec<f64>,
+    /// The largest of them.
+    largest: f64,
 }
 
 impl Index {
@@ -49,6 +64,21 @@ impl Index {
         Self::asking(objects, everywhere, Some(Bvh::build(&rest)))
     }
 
+    /// Returns the diagonal of an object's bounds, metres; of an infinite one that of all finite ones.
+    pub(super) fn size(&self, object: usize) -> f64 {
+        self.order.sizes[object]
+    }
+
+    /// Returns the largest of them.
+    pub(super) fn largest_size(&self) -> f64 {
+        self.order.sizes.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Returns how far from a hit of another object, metres, a surface may be that lies in the same place.
+    pub(super) fn coincidence(&self, object: usize, hit: &Hit) -> f64 {
+        self.order.roundings[object] + 4.0 * hit.error.max(1e-300)
+    }
+
     /// Puts every ray to every object.
     fn asking_all(objects: &[Object]) -> Self {
         Self::asking(objects, (0..objects.len()).collect(), None)
@@ -61,7 +91,7 @@ impl Index {
         let flat: Vec<usize> = flat.take(Rectangles::MOST).collect();
         everywhere.retain(|i| !flat.contains(i));
         let rectangles = Rectangles::new(&flat.iter().filter_map(rectangle).collect::<Vec<_>>());
-        Self { everywhere, flat, rectangles, tree }
+        Self { everywhere, flat, rectangles, tree, order: Order::new(objects) }
     }
 
     /// Finds the first object along a ray.
@@ -72,7 +102,7 @@ impl Index {
         self.keep_rectangles(objects, ray, met[0], &mut first, &mut rest);
         for &index in &self.everywhere {
             let hit = objects[index].surface.hit(&rest).map(|hit| (index, hit));
-            keep_first(objects, ray, &mut first, &mut rest, hit);
+            self.order.keep_first(objects, ray, &mut first, &mut rest, hit);
         }
         self.search(objects, ray, first)
     }
@@ -106,7 +136,7 @@ impl Index {
                 objects[index].surface.hits(rest, hits);
                 for (i, first) in answers.iter_mut().enumerate() {
                     let hit = hits[i].map(|hit| (index, hit));
-                    keep_first(objects, &rays[i], first, &mut rest[i], hit);
+                    self.order.keep_first(objects, &rays[i], first, &mut rest[i], hit);
                 }
             }
             for (first, ray) in answers.iter_mut().zip(rays) {
@@ -159,7 +189,7 @@ impl Index {
             let index = self.flat[met.trailing_zeros() as usize];
             met &= met - 1;
             let hit = objects[index].surface.hit(rest);
-            keep_first(objects, ray, first, rest, hit.map(|hit| (index, hit)));
+            self.order.keep_first(objects, ray, first, rest, hit.map(|hit| (index, hit)));
         }
     }
 
@@ -171,12 +201,12 @@ impl Index {
         mut first: Option<(usize, Hit)>,
     ) -> Option<(usize, Hit)> {
         let Some(tree) = &self.tree else { return first };
-        let rest = ray.up_to(first.map_or(ray.t_max, |(_, hit)| just_beyond(ray, &hit)));
+        let rest = ray.up_to(first.map_or(ray.t_max, |first| self.order.just_beyond(ray, &first)));
         tree.closest(&rest, |index, t_max| {
             let hit = objects[index].surface.hit(&ray.up_to(t_max))?;
-            let best = first_of_two(objects, ray, first, (index, hit));
+            let best = self.order.first_of_two(objects, ray, first, (index, hit));
             first = Some(best);
-            (best.0 == index).then(|| just_beyond(ray, &best.1))
+            (best.0 == index).then(|| self.order.just_beyond(ray, &best))
         });
         first
     }
@@ -193,45 +223,93 @@ fn is_local(bounds: &Aabb) -> bool {
     !bounds.is_empty() && largest <= LARGEST
 }
 
-/// Keeps the hit of an object on what is left of a ray when it comes before the first so far, and ends the rest there.
-fn keep_first(
-    objects: &[Object],
-    ray: &Ray,
-    first: &mut Option<(usize, Hit)>,
-    rest: &mut Ray,
-    hit: Option<(usize, Hit)>,
-) {
-    if let Some(hit) = hit {
-        let best = first_of_two(objects, ray, *first, hit);
-        rest.t_max = just_beyond(ray, &best.1);
-        *first = Some(best);
+impl Order {
+    fn new(objects: &[Object]) -> Self {
+        let area = |object: &Object| object.area.as_ref().map_or(f64::INFINITY, |a| a.area());
+        let rounding = |object: &Object| {
+            let bounds = object.surface.bounds();
+            let coordinates = bounds.min.to_array().into_iter().chain(bounds.max.to_array());
+            let largest = coordinates.map(f64::abs).filter(|x| x.is_finite()).fold(0.0, f64::max);
+            8.0 * f64::EPSILON * largest
+        };
+        let roundings: Vec<f64> = objects.iter().map(rounding).collect();
+        let largest = roundings.iter().copied().fold(0.0, f64::max);
+        let boxes = || objects.iter().map(|o| o.surface.bounds());
+        let all = boxes().filter(Aabb::is_finite).fold(Aabb::EMPTY, Aabb::union);
+        let whole = if all.is_empty() { 0.0 } else { all.extent().length() };
+        let size = |b: Aabb| if b.is_finite() { b.extent().length() } else { whole };
+        let sizes = boxes().map(size).collect();
+        Self { areas: objects.iter().map(area).collect(), sizes, roundings, largest }
     }
-}
 
-/// Gives up to where another hit may turn out to be the first: a ray that ends at the very distance may be cut by a rounding.
-fn just_beyond(ray: &Ray, hit: &Hit) -> f64 {
-    ray.t_max.min(hit.distance + hit.error)
-}
-
-/// Gives that of two hits which is nearer, or as near and of an earlier object.
-///
-/// The end of a ray may move a hit by a rounding: only the answers to the whole ray decide between near equals.
-fn first_of_two(
-    objects: &[Object],
-    ray: &Ray,
-    best: Option<(usize, Hit)>,
-    new: (usize, Hit),
-) -> (usize, Hit) {
-    let Some(best) = best else { return new };
-    let (near, far) = if new.1.distance < best.1.distance { (new, best) } else { (best, new) };
-    if far.1.distance - near.1.distance > near.1.error.max(far.1.error) {
-        return near;
+    /// Keeps the hit of an object on what is left of a ray when it comes before the first so far, and ends the rest there.
+    fn keep_first(
+        &self,
+        objects: &[Object],
+        ray: &Ray,
+        first: &mut Option<(usize, Hit)>,
+        rest: &mut Ray,
+        hit: Option<(usize, Hit)>,
+    ) {
+        if let Some(hit) = hit {
+            let best = self.first_of_two(objects, ray, *first, hit);
+            rest.t_max = self.just_beyond(ray, &best);
+            *first = Some(best);
+        }
     }
-    let whole =
-        |(index, hit): (usize, Hit)| (index, objects[index].surface.hit(ray).unwrap_or(hit));
-    let (a, b) = (whole(best), whole(new));
-    let b_is_first = (b.1.distance, b.0) < (a.1.distance, a.0);
-    if b_is_first { b } else { a }
+
+    /// Returns up to where another hit may turn out to be the first: as far as it may lie in the same place.
+    fn just_beyond(&self, ray: &Ray, (index, hit): &(usize, Hit)) -> f64 {
+        let apart = self.roundings[*index] + self.largest + END_ROUNDING * hit.distance;
+        let cos = hit.normal.dot(ray.direction).abs();
+        ray.t_max.min(hit.distance + 2.0 * apart / cos)
+    }
+
+    /// Whether two hits of a ray lie in one place, as far as rounding can tell.
+    fn coincide(&self, ray: &Ray, (i, a): &(usize, Hit), (j, b): &(usize, Hit)) -> bool {
+        let cos = [a, b].map(|hit| hit.normal.dot(ray.direction).abs());
+        let apart = self.roundings[*i] + self.roundings[*j] + END_ROUNDING * a.distance;
+        (a.distance - b.distance).abs() * cos[0].max(cos[1]) <= apart
+    }
+
+    /// Returns the first of two hits.
+    ///
+    /// The end of a ray may move a hit by a rounding: only the answers to the whole ray decide between near equals.
+    fn first_of_two(
+        &self,
+        objects: &[Object],
+        ray: &Ray,
+        best: Option<(usize, Hit)>,
+        new: (usize, Hit),
+    ) -> (usize, Hit) {
+        let Some(best) = best else { return new };
+        let (a, b) = if self.coincide(ray, &best, &new) {
+            let whole = |(index, hit): (usize, Hit)| {
+                (index, objects[index].surface.hit(ray).unwrap_or(hit))
+            };
+            (whole(best), whole(new))
+        } else {
+            (best, new)
+        };
+        let b_is_first = if self.coincide(ray, &a, &b) {
+            self.rank(objects, ray, &b) < self.rank(objects, ray, &a)
+        } else {
+            b.1.distance < a.1.distance
+        };
+        if b_is_first { b } else { a }
+    }
+
+    /// Returns by what hits in one place are ordered, the first being the least.
+    fn rank(
+        &self,
+        objects: &[Object],
+        ray: &Ray,
+        (index, hit): &(usize, Hit),
+    ) -> (bool, bool, f64, usize) {
+        let faces_away = hit.normal.dot(ray.direction) >= 0.0;
+        let is_dark = faces_away || objects[*index].material(hit).exitance.is_black();
+        (is_dark, faces_away, self.areas[*index], *index)
+    }
 }
 
 #[cfg(test)]
@@ -332,6 +410,7 @@ mod tests {
             flat: vec![],
             rectangles: Rectangles::new(&[]),
             tree: None,
+            order: Order::new(objects),
         };
         let mut hits = vec![None; rays.len()];
         index.hits(objects, rays, &mut hits);
@@ -404,5 +483,41 @@ mod tests {
         )));
         let index = Index::new(&objects);
         assert_eq!(index.everywhere, [0, 1, 42, 43]);
+    }
+
+    fn flat(normal_z: f64, size: f64, material: Material) -> Object {
+        let corner = DVec3::new(-0.5 * size, -0.5 * size, 3.0);
+        let (u, v) = (size * DVec3::X, normal_z * size * DVec3::Y);
+        let corner = if normal_z < 0.0 { corner + size * DVec3::Y } else { corner };
+        Object::new("flat", Rectangle::new(corner, u, v).expect("valid"), material)
+    }
+
+    /// A ceiling at 3 m, and what lies in it: whatever the order, a lamp comes first, then what faces the ray, then the smaller.
+    #[test]
+    fn of_surfaces_in_one_place_the_one_that_is_meant_comes_first() {
+        let lamp = || grey().emitting(Rgb::WHITE);
+        let in_order = [
+            flat(-1.0, 2.0, lamp()),
+            flat(-1.0, 0.5, grey()),
+            object(cube(DVec3::splat(-3.0), DVec3::splat(3.0)).turned_inward(true)),
+            flat(1.0, 0.1, lamp()),
+            flat(1.0, 0.2, grey()),
+        ];
+        let ray = Ray::new(DVec3::new(0.01, 0.02, -1.0), DVec3::new(0.01, 0.0, 1.0).normalize());
+        for count in 2..=in_order.len() {
+            let from = in_order.len() - count;
+            for turn in 0..count {
+                let mut numbers: Vec<usize> = (from..in_order.len()).collect();
+                numbers.rotate_left(turn);
+                for numbers in [numbers.clone(), numbers.into_iter().rev().collect()] {
+                    let objects: Vec<Object> =
+                        numbers.iter().map(|i| in_order[*i].clone()).collect();
+                    let index = Index::new(&objects);
+                    let first = index.hit(&objects, &ray).map(|(i, _)| numbers[i]);
+                    assert_eq!(first, Some(from), "{numbers:?}");
+                    check(&objects, &index, &[ray]);
+                }
+            }
+        }
     }
 }

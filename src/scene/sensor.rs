@@ -45,15 +45,15 @@ impl Sensor {
         Self { at: hit.point, normal: hit.normal, measure, error: hit.error }
     }
 
-    /// Describes the sensor as a hit, so that its rays leave by the same policy as everywhere: the bound on its position, a few roundings at least,
-    /// is what keeps a sensor that lies on a surface from being shadowed by that surface.
+    /// Describes the sensor as a hit, so that its rays leave by the same policy as everywhere: the bound on its position, a few
+    /// roundings at least, keeps a sensor that lies on a surface from being shadowed by that surface.
     pub fn as_hit(&self) -> Hit {
         Hit {
             distance: 0.0,
             point: self.at,
             normal: self.normal,
             shading_normal: self.normal,
-            error: self.error.max(4.0 * f64::EPSILON * self.at.abs().max_element().max(1e-3)),
+            error: self.error.max(4.0 * f64::EPSILON * self.at.abs().max_element()),
             part: 0,
         }
     }
@@ -68,6 +68,15 @@ pub struct Measured {
     pub direct: Estimate,
     /// Samples that were not finite; counted, never averaged in.
     pub spoilt: u64,
+}
+
+impl Measured {
+    /// Nothing is known: a sensor that does not count, or that the time was too short for.
+    pub const UNKNOWN: Self = Self {
+        total: Estimate::without_error(f64::NAN),
+        direct: Estimate::without_error(f64::NAN),
+        spoilt: 0,
+    };
 }
 
 #[cfg(test)]

@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::math::{Aabb, Ray, Rgb};
-use crate::surface::Hit;
+use crate::surface::{END_ROUNDING, Hit};
 use crate::{Error, Result};
 
 use super::index::Index;
-use super::{Brdf, Emitter, Material, Object, PointLight};
+use super::{Brdf, Emitter, Material, Object, PointLight, Sensor};
 
 /// Holds everything that light can meet or come from.
 #[derive(Clone)]
@@ -18,6 +18,8 @@ pub struct Scene {
     index: Index,
     lights: Vec<PointLight>,
     emitters: Vec<Emitter>,
+    /// For each emitter those whose bounds touch its own; empty when none do.
+    beside: Vec<Vec<usize>>,
     area: f64,
     diffuse: bool,
     mirrors: bool,
@@ -70,6 +72,37 @@ impl Vertex<'_> {
         (side * self.hit.normal.dot(direction) > 0.0).then_some((direction, reflectance))
     }
 
+    /// Returns the unit normal of the true surface on the side of `outgoing`.
+    pub fn true_normal(&self) -> DVec3 {
+        1.0_f64.copysign(self.hit.normal.dot(self.outgoing)) * self.hit.normal
+    }
+
+    /// Returns by how much the light that arrives from `outgoing` is stronger per area of the shading surface than of the true
+    /// one; 1 where they are the same. What walks bring has to count it, as what is seen backwards is lit by the shading cosine
+    /// (Veach 1997, section 5.3).
+    pub fn arriving(&self) -> f64 {
+        if self.is_flat() {
+            return 1.0;
+        }
+        self.normal.dot(self.outgoing).max(0.0) / self.hit.normal.dot(self.outgoing).abs()
+    }
+
+    /// Returns by how much more light a walk carries on to `direction` than a sample by the shading normal says; `None` below the
+    /// true surface.
+    pub fn adjoint(&self, direction: DVec3) -> Option<f64> {
+        if self.is_flat() {
+            return Some(1.0);
+        }
+        let leaving = self.true_normal().dot(direction);
+        let factor = self.arriving() * leaving / self.normal.dot(direction);
+        (leaving > 0.0 && factor.is_finite()).then_some(factor)
+    }
+
+    /// Whether the shading normal is that of the surface.
+    pub fn is_flat(&self) -> bool {
+        self.hit.shading_normal == self.hit.normal
+    }
+
     /// Gives the part of the luminance of white light, 0 to 1, that is reflected there towards `outgoing`, but for what is mirrored.
     pub fn albedo(&self) -> f64 {
         self.material.brdf.albedo(self.normal, self.outgoing)
@@ -97,7 +130,8 @@ impl Scene {
         let mut materials = objects.iter().flat_map(|o| &o.materials);
         let mirrors = materials.any(|m| !m.brdf.mirror().is_black());
         let index = Index::new(&objects);
-        Ok(Self { objects, index, lights, emitters, area, diffuse, mirrors })
+        let beside = beside(&objects, &emitters);
+        Ok(Self { objects, index, lights, emitters, beside, area, diffuse, mirrors })
     }
 
     /// Gives the objects in the order of the scene file.
@@ -136,7 +170,10 @@ impl Scene {
         finite.fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// Finds the first object along a ray, unrefined; of several at exactly the same distance the one with the lowest index.
+    /// Finds the first object along a ray, unrefined.
+    ///
+    /// Of surfaces that lie in one place, as far as rounding can tell, one that shines at the ray comes first, then one
+    /// whose face is turned to the ray, then the one with the smaller area, then the one with the lowest index.
     pub fn hit(&self, ray: &Ray) -> Option<(usize, Hit)> {
         self.index.hit(&self.objects, ray)
     }
@@ -170,6 +207,83 @@ impl Scene {
         }
     }
 
+    /// Returns the emitter that a vertex lies on and all others that lie in the same place and shine at the same side: what is
+    /// seen there is the sum of their light.
+    pub fn shining<'a>(
+        &'a self,
+        vertex: &Vertex<'a>,
+    ) -> impl Iterator<Item = Vertex<'a>> + use<'a> {
+        let own = Some(*vertex).filter(|v| !v.emitted().is_black());
+        let others: &[usize] = match own {
+            Some(_) if !self.beside.is_empty() => {
+                let number = self.emitters.iter().position(|e| e.object == vertex.object);
+                number.map_or(&[], |number| &self.beside[number])
+            }
+            _ => &[],
+        };
+        let Vertex { hit, outgoing, .. } = *vertex;
+        let of = move |object: &usize| self.coincident(*object, &hit, outgoing);
+        own.into_iter().chain(others.iter().filter_map(of))
+    }
+
+    /// Returns the luminance, cd/m2, that all surfaces at the place of a vertex emit towards `outgoing`.
+    pub fn emitted(&self, vertex: &Vertex) -> Rgb {
+        self.shining(vertex).map(|v| v.emitted()).sum()
+    }
+
+    /// Describes the place of a hit on another object that shines there, too.
+    fn coincident(&self, object: usize, hit: &Hit, outgoing: DVec3) -> Option<Vertex<'_>> {
+        let side = 1.0_f64.copysign(hit.normal.dot(outgoing)) * hit.normal;
+        let other = self.objects[object].surface.hit(&self.through(object, hit, side))?;
+        Some(self.refined_vertex(object, &other, outgoing)).filter(|v| !v.emitted().is_black())
+    }
+
+    /// Makes the ray from the side of a unit vector through a hit, as long as another object may be off that lies in its place.
+    fn through(&self, object: usize, hit: &Hit, side: DVec3) -> Ray {
+        let reach = 2.0 * self.index.coincidence(object, hit);
+        Ray::new(hit.point + reach * side, -side).up_to(2.0 * reach)
+    }
+
+    /// Returns the normal of another object where it lies in the place of a hit, and which of all objects counts there for
+    /// rays from the outer side of the hit.
+    pub fn in_place_of(&self, hit: &Hit, object: usize) -> Option<(DVec3, usize)> {
+        let ray = self.through(object, hit, hit.normal);
+        let other = self.objects[object].surface.hit(&ray)?;
+        let (first, _) = self.hit(&ray)?;
+        Some((other.normal, first))
+    }
+
+    /// Puts a sensor on the surface that it is meant to lie on: the uppermost that is within a millionth of its object's size
+    /// above or below it. A sensor that was placed on a surface ([`Sensor::on`]) is left as it is.
+    pub fn settled(&self, sensor: &Sensor) -> Sensor {
+        if sensor.error > 0.0 {
+            return *sensor;
+        }
+        let reach = ON_SURFACE * self.index.largest_size();
+        let up = sensor.normal;
+        let mut ray = Ray::new(sensor.at + reach * up, -up).up_to(2.0 * reach);
+        // Surfaces one below the other: those that the sensor is too far from for their size are passed.
+        for _ in 0..MOST_LAYERS {
+            let Some((object, hit)) = self.hit(&ray) else { break };
+            let height = (hit.point - sensor.at).dot(up);
+            let near =
+                (ON_SURFACE * self.index.size(object)).max(self.index.coincidence(object, &hit));
+            if height.abs() <= near {
+                let at = if height > 0.0 { hit.point } else { sensor.at };
+                // Rays leave along the sensor's own normal, which may be tilted against the surface.
+                let error = hit.error / hit.normal.dot(up).abs().max(1e-3);
+                return Sensor { at, error, ..*sensor };
+            }
+            let next = hit.departure(-up);
+            let rest = (next - sensor.at).dot(up) + reach;
+            if rest <= 0.0 {
+                break;
+            }
+            ray = Ray::new(next, -up).up_to(rest);
+        }
+        *sensor
+    }
+
     /// Tells whether anything stands on the ray.
     pub fn blocked(&self, ray: &Ray) -> bool {
         self.index.blocked(&self.objects, ray)
@@ -185,6 +299,28 @@ impl Scene {
     pub fn sees(&self, a: &Hit, b: &Hit, direction: DVec3) -> bool {
         a.segment(b, direction).is_some_and(|ray| !self.blocked(&ray))
     }
+}
+
+/// A sensor this close to a surface, relative to the size of its object, lies on it: files hold coordinates in single precision.
+const ON_SURFACE: f64 = 1e-6;
+/// How many surfaces are passed in search of the one a sensor lies on.
+const MOST_LAYERS: usize = 8;
+
+/// Lists for each emitter the other emitting objects whose bounds touch its own; nothing when there are none at all.
+fn beside(objects: &[Object], emitters: &[Emitter]) -> Vec<Vec<usize>> {
+    let bounds = |emitter: &Emitter| {
+        let Aabb { min, max } = objects[emitter.object].surface.bounds();
+        let rounding = END_ROUNDING * min.abs().max(max.abs()).max_element();
+        Aabb { min: min - rounding, max: max + rounding }
+    };
+    let bounds: Vec<Aabb> = emitters.iter().map(bounds).collect();
+    let beside = |i: usize| -> Vec<usize> {
+        let others = (0..emitters.len()).filter(|j| *j != i);
+        let touching = others.filter(|j| !bounds[i].intersection(bounds[*j]).is_empty());
+        touching.map(|j| emitters[j].object).collect()
+    };
+    let all: Vec<Vec<usize>> = (0..emitters.len()).map(beside).collect();
+    if all.iter().all(Vec::is_empty) { Vec::new() } else { all }
 }
 
 fn emitter(index: usize, object: &Object) -> Result<Emitter> {

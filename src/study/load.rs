@@ -10,8 +10,8 @@ use super::fit::Fit;
 use super::grids;
 use super::on_surface::{self, Form, Laid};
 use super::shared_surfaces::{Preparation, SharedSurfaces};
-use super::solids::{Body, Solid};
-use super::warnings::{misplaced_cameras, misplaced_sensors, overlaps};
+use super::solids::{self, Body, Solid};
+use super::warnings::{coincidences, misplaced_cameras, misplaced_sensors, overlaps};
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec,
     ObjectSpec, PointsSpec, SceneFile, SensorSpec, ShSpec, Strength, SurfaceLayout,
@@ -46,7 +46,7 @@ impl Loaded {
     pub fn behind(&self, sensors: &[Sensor]) -> Vec<Option<String>> {
         let objects = self.scene.objects().iter().zip(&self.bodies);
         let solids: Vec<Solid> = objects.filter_map(|(o, body)| Solid::new(o, *body)).collect();
-        sensors.par_iter().map(|sensor| behind(sensor, None, &solids)).collect()
+        sensors.par_iter().map(|sensor| behind(sensor, None, &self.scene, &solids)).collect()
     }
 }
 
@@ -131,7 +131,8 @@ pub fn load_seen(file: &SceneFile, camera: Option<&Camera>) -> Result<Loaded> {
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
     let sensors = sensors(file, &scene, &built, &solids)?;
     check_distances(file, &sensors, scene.lights())?;
-    warnings.extend(misplaced_sensors(&sensors));
+    warnings.extend(coincidences(&scene, &solids));
+    warnings.extend(misplaced_sensors(&sensors, &scene));
     let preparation = shared.preparation();
     let bodies = built.iter().map(|b| b.body).collect();
     Ok(Loaded { scene, sensors, fits, details, preparation, warnings, bodies })
@@ -315,7 +316,7 @@ fn lights(file: &SceneFile, built: &[Built], solids: &[Solid]) -> Result<Vec<Poi
                 Some("move it off, by a millimetre if it is mounted there".to_owned()),
             ));
         }
-        if let Some(solid) = solids.iter().find(|s| s.is_behind(spec.at)) {
+        if let Some(solid) = solids::behind(spec.at, None, solids) {
             return Err(file.source.error(
                 &["lights", name, spec.type_name(), "at"],
                 format!(
@@ -334,8 +335,10 @@ fn lights(file: &SceneFile, built: &[Built], solids: &[Solid]) -> Result<Vec<Poi
 
 /// Tells whether a point is on a surface, as well as numbers of its size can say: whether one of three rays towards it meets the surface there.
 fn lies_on(surface: &dyn Surface, point: DVec3) -> bool {
-    let size = point.abs().max_element().max(1e-3);
-    let (run, rounding) = (1e-3 * size, 1e-12 * size);
+    let bounds = surface.bounds();
+    let coordinate = point.abs().max_element();
+    let size = if bounds.is_finite() { bounds.extent().length() } else { coordinate.max(1.0) };
+    let (run, rounding) = (1e-3 * size, 1e-12 * size + 16.0 * f64::EPSILON * coordinate);
     [DVec3::X, DVec3::Y, DVec3::Z].into_iter().any(|axis| {
         // From a little beside an axis, so that no edge of a box is met.
         let direction = (axis + DVec3::new(0.013, 0.017, 0.019)).normalize();
@@ -418,18 +421,18 @@ fn sensors(
                 SensorSpec::Surface(surface) => Some(surface.place.object()),
                 _ => None,
             };
-            let behind = sensors.par_iter().map(|sensor| behind(sensor, own, solids)).collect();
+            let behind = |sensor| behind(sensor, own, scene, solids);
+            let behind = sensors.par_iter().map(behind).collect();
             Ok(SensorGroup { name: name.clone(), sensors, behind, faces })
         })
         .collect()
 }
 
 /// Names the object behind whose surface a sensor is. A sensor on the surface of its `own` object is before it, however small a crease it is in.
-fn behind(sensor: &Sensor, own: Option<&str>, solids: &[Solid]) -> Option<String> {
-    // A sensor on a wall is judged by a point just before it.
-    let before = sensor.at + 1e-6 * sensor.at.length().max(1.0) * sensor.normal;
-    let mut others = solids.iter().filter(|solid| own != Some(solid.name()));
-    others.find(|solid| solid.is_behind(before)).map(|solid| solid.name().to_owned())
+fn behind(sensor: &Sensor, own: Option<&str>, scene: &Scene, solids: &[Solid]) -> Option<String> {
+    // A sensor on a wall is judged by the point that its rays leave from.
+    let before = scene.settled(sensor).as_hit().departure(sensor.normal);
+    solids::behind(before, own, solids).map(|solid| solid.name().to_owned())
 }
 
 /// Refuses a sensor that is where a light is: what it receives is without bounds.

@@ -27,9 +27,17 @@ pub struct Judged {
     pub verdict: Verdict,
 }
 
-/// Judges all requirements on a group of sensors; where no interval is known, by the value alone. Without a summary, for no sensor counts, nothing is
-/// decided.
-pub fn judge(require: &RequireSpec, summary: Option<&GroupSummary>) -> Vec<Judged> {
+impl Judged {
+    /// Whether the limit lies within the interval.
+    pub fn is_within_interval(&self) -> bool {
+        verdict(self.limit, self.found) == Verdict::Undecided
+    }
+}
+
+/// Judges all requirements on a group of sensors; where no interval is known, by the value alone. Without a summary, for no
+/// sensor counts, nothing is decided. When light is `missing` the values are too low, and what more light could change is
+/// undecided.
+pub fn judge(require: &RequireSpec, summary: Option<&GroupSummary>, missing: bool) -> Vec<Judged> {
     let exact = |value| Bracket { value, low: value, high: value };
     let (dark, unknown) = (exact(0.0), exact(f64::NAN));
     require
@@ -41,7 +49,16 @@ pub fn judge(require: &RequireSpec, summary: Option<&GroupSummary>) -> Vec<Judge
                 Quantity::Largest => summary.largest,
                 Quantity::Uniformity => summary.uniformity.unwrap_or(dark),
             });
-            Judged { quantity, limit, found, verdict: verdict(limit, found) }
+            let verdict = match (verdict(limit, found), limit) {
+                (Verdict::Met, Limit::AtMost(_)) | (Verdict::NotMet, Limit::AtLeast(_))
+                    if missing =>
+                {
+                    Verdict::Undecided
+                }
+                _ if missing && quantity == Quantity::Uniformity => Verdict::Undecided,
+                (verdict, _) => verdict,
+            };
+            Judged { quantity, limit, found, verdict }
         })
         .collect()
 }
@@ -87,7 +104,17 @@ mod tests {
         let nan = Bracket { value: f64::NAN, low: f64::NAN, high: f64::NAN };
         assert_eq!(verdict(Limit::AtLeast(1.0), nan), Verdict::Undecided);
         let dark = RequireSpec { mean_max: Some(1.0), ..RequireSpec::default() };
-        let judged = judge(&dark, None);
+        let judged = judge(&dark, None, false);
         assert!(judged.len() == 1 && judged[0].verdict == Verdict::Undecided);
+        // More light than was found can only raise an illuminance.
+        let of = |value, missing| {
+            let summary = GroupSummary::without_errors(&[value]);
+            let both = RequireSpec { mean_min: Some(5.0), mean_max: Some(9.0), ..dark.clone() };
+            judge(&both, summary.as_ref(), missing).iter().map(|j| j.verdict).collect::<Vec<_>>()
+        };
+        use Verdict::{Met, NotMet, Undecided};
+        assert_eq!([of(4.0, false), of(4.0, true)], [[NotMet, Met], [Undecided, Undecided]]);
+        assert_eq!([of(7.0, false), of(7.0, true)], [[Met, Met], [Met, Undecided]]);
+        assert_eq!(of(10.0, true), [Met, NotMet]);
     }
 }

@@ -13,7 +13,7 @@ use crate::Result;
 use crate::io::coefficients::{self, ReadOptions, SeriesFormat};
 use crate::io::meshes;
 use crate::sh::Coefficients;
-use crate::surface::{Intersector, MeshReport, MeshSurface, ShSurface};
+use crate::surface::{Doubles, Intersector, Mesh, MeshReport, MeshSurface, ShSurface};
 
 /// Says which series a file gives; placement, unit and axes come after the shape and are no part of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -151,13 +151,37 @@ fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<Share
 
 fn build_mesh(path: &Path, smooth: bool) -> Result<SharedMesh> {
     let mesh = meshes::read(path)?;
+    let doubles = Doubles::of(&mesh);
+    let mesh = without_repeated(mesh, &doubles)?;
     let report = MeshReport::of(&mesh);
     let surface = if smooth { MeshSurface::smooth(mesh) } else { MeshSurface::new(mesh) }?;
+    let mut deficiencies = report.deficiencies();
+    if !doubles.repeated.is_empty() {
+        deficiencies.push(format!(
+            "{} faces stand twice in one place and count once (the first is face {}, counted from 0)",
+            doubles.repeated.len(),
+            doubles.repeated[0]
+        ));
+    }
+    // Numbers of faces are those of the mesh as it is met.
+    let doubles = if doubles.repeated.is_empty() { doubles } else { Doubles::of(surface.mesh()) };
     Ok(SharedMesh {
-        surface: Arc::new(surface),
+        surface: Arc::new(surface.with_back_to_back(&doubles)),
         closed: report.is_closed() && !report.is_inside_out(),
-        deficiencies: report.deficiencies().into(),
+        deficiencies: deficiencies.into(),
     })
+}
+
+/// Leaves out the faces that repeat others.
+fn without_repeated(mesh: Mesh, doubles: &Doubles) -> Result<Mesh> {
+    if doubles.repeated.is_empty() {
+        return Ok(mesh);
+    }
+    let mut repeated = doubles.repeated.iter().peekable();
+    let faces = (0..).zip(mesh.triangles());
+    let kept = faces.filter(|(face, _)| repeated.next_if(|r| *r == face).is_none());
+    let kept = kept.map(|(_, corners)| *corners).collect();
+    Mesh::new(mesh.positions().to_vec(), kept)
 }
 
 #[cfg(test)]

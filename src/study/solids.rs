@@ -64,9 +64,12 @@ impl<'a> Solid<'a> {
         hit.map_or(self.is_room, |hit| hit.normal.dot(direction) > 0.0)
     }
 
-    /// Gives the share of the surface, 0 to 1, that lies behind another solid; `None` when it cannot be sampled.
-    pub(super) fn share_behind(&self, other: &Solid) -> Option<f64> {
-        if self.bounds.intersection(other.bounds).is_empty() {
+    /// Returns the share of the surface, 0 to 1, that lies behind another solid and, where that is a room, in none of the other
+    /// `rooms`; `None` when it cannot be sampled.
+    pub(super) fn share_behind(&self, other: &Solid, rooms: &[&Solid]) -> Option<f64> {
+        let rooms = || rooms.iter().filter(|room| !std::ptr::eq(**room, other));
+        let alone = !other.is_room || rooms().next().is_none();
+        if alone && self.bounds.intersection(other.bounds).is_empty() {
             return Some(f64::from(u8::from(other.is_room)));
         }
         if other.is_convex_room() && self.bounds.corners().into_iter().all(|c| !other.is_behind(c))
@@ -76,13 +79,35 @@ impl<'a> Solid<'a> {
         let area = self.object.area.as_ref()?;
         let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
         let points = (0..SIDE * SIDE).map(|k| DVec2::new(middle(k / SIDE), middle(k % SIDE)));
-        let behind = points.filter(|u| other.is_behind(area.sample_area(*u).hit.point)).count();
+        let points = points.map(|u| area.sample_area(u).hit.point);
+        let elsewhere = |p: DVec3| other.is_room && rooms().any(|room| !room.is_behind(p));
+        let behind = points.filter(|p| other.is_behind(*p) && !elsewhere(*p)).count();
         Some(behind as f64 / f64::from(SIDE * SIDE))
+    }
+
+    /// Whether the outside is its back.
+    pub(super) fn is_room(&self) -> bool {
+        self.is_room
     }
 
     fn is_convex_room(&self) -> bool {
         self.convex && self.is_room
     }
+}
+
+/// Returns the solid behind whose surface a point is: a body that it is inside of, or the first of the rooms when it is in
+/// none. A point of the surface of its `own` solid is before that.
+pub(super) fn behind<'s, 'a>(
+    point: DVec3,
+    own: Option<&str>,
+    solids: &'s [Solid<'a>],
+) -> Option<&'s Solid<'a>> {
+    let is_behind = |solid: &&Solid| own != Some(solid.name()) && solid.is_behind(point);
+    let body = solids.iter().filter(|s| !s.is_room).find(is_behind);
+    body.or_else(|| {
+        let mut rooms = solids.iter().filter(|s| s.is_room);
+        rooms.clone().all(|room| is_behind(&room)).then(|| rooms.next()).flatten()
+    })
 }
 
 /// Tells whether the outside of a closed surface is its back: whether a ray from far away first meets it from behind.
@@ -144,11 +169,11 @@ mod tests {
     fn cutting_a_wall_shows_as_a_share() {
         let (body, room, round) = (cube(false), cube(true), sphere(0.0, 1.0, true));
         // Half of the sphere's area is past the wall; the 16 x 16 points resolve it to some percent.
-        let half = convex(&sphere(1.0, 0.5, false)).share_behind(&convex(&room));
+        let half = convex(&sphere(1.0, 0.5, false)).share_behind(&convex(&room), &[]);
         assert!(half.is_some_and(|s| (s - 0.5).abs() <= 0.05));
         for (x, behind_walls) in [(0.0, 0.0), (0.5, 0.0), (5.0, 1.0)] {
             let ball = sphere(x, 0.5, false);
-            let share = |other: &Solid| convex(&ball).share_behind(other);
+            let share = |other: &Solid| convex(&ball).share_behind(other, &[]);
             assert_eq!(share(&convex(&room)), Some(behind_walls), "at {x}");
             assert_eq!(share(&convex(&round)), Some(behind_walls), "at {x}");
             assert_eq!(share(&convex(&body)), Some(1.0 - behind_walls), "at {x}");
@@ -156,5 +181,22 @@ mod tests {
             let sampled = Solid::new(&room, Body::Closed).expect("closed");
             assert_eq!(share(&sampled), Some(behind_walls), "at {x}");
         }
+    }
+
+    #[test]
+    fn a_point_in_any_room_is_before_all_rooms() {
+        let (left, right) = (sphere(-1.0, 1.0, true), sphere(1.0, 1.0, true));
+        let ball = sphere(1.0, 0.2, false);
+        let solids = [convex(&left), convex(&right), convex(&ball)];
+        let number = |point: DVec3| {
+            behind(point, None, &solids).map(|s| solids.iter().position(|o| std::ptr::eq(o, s)))
+        };
+        assert_eq!(number(DVec3::new(-1.0, 0.0, 0.0)), None);
+        assert_eq!(number(DVec3::new(1.5, 0.0, 0.0)), None);
+        assert_eq!(number(DVec3::new(1.1, 0.0, 0.0)), Some(Some(2)));
+        assert_eq!(number(DVec3::new(0.0, 3.0, 0.0)), Some(Some(0)));
+        let rooms: Vec<&Solid> = solids.iter().filter(|s| s.is_room()).collect();
+        assert_eq!(solids[2].share_behind(&solids[0], &rooms), Some(0.0));
+        assert_eq!(solids[2].share_behind(&solids[0], &rooms[..1]), Some(1.0));
     }
 }

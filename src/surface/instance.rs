@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::{AreaPoint, Division, Facet, Hit, SampleArea, Surface};
+use super::{AreaPoint, Division, Facet, Hit, Outline, SampleArea, Surface};
 use crate::math::{Aabb, Placement, Ray};
 
 /// Places a shared surface in the world; itself a surface, and one to sample where the inner one is.
@@ -175,6 +175,21 @@ impl<S: SampleArea + ?Sized> SampleArea for Instance<S> {
 
     fn density(&self, hit: &Hit) -> f64 {
         self.inner.density(&self.local_hit(hit)) / self.placement.scale().powi(2)
+    }
+
+    fn outline(&self) -> Outline {
+        let (at, scale) = (|p| self.placement.apply(p), self.placement.scale());
+        match self.inner.outline() {
+            Outline::Disc { centre, normal, radius } => Outline::Disc {
+                centre: at(centre),
+                normal: self.placement.apply_direction(normal),
+                radius: scale * radius,
+            },
+            Outline::Sphere { centre, radius } => {
+                Outline::Sphere { centre: at(centre), radius: scale * radius }
+            }
+            other => other,
+        }
     }
 
     fn facets(&self, division: &Division) -> Vec<Facet> {

@@ -12,6 +12,7 @@ mod instance;
 mod mesh;
 mod mesh_boundary;
 mod mesh_check;
+mod mesh_doubles;
 mod mesh_edges;
 mod mesh_repair;
 mod mesh_surface;
@@ -38,6 +39,7 @@ pub use instance::Instance;
 pub use mesh::{Mesh, UpAxis};
 pub use mesh_boundary::BoundaryLoop;
 pub use mesh_check::MeshReport;
+pub use mesh_doubles::Doubles;
 pub use mesh_edges::{BadEdge, EdgeFault, edge_faults};
 pub use mesh_repair::{RepairReport, RepairSettings, repair};
 pub use mesh_surface::MeshSurface;
@@ -111,17 +113,17 @@ pub struct Hit {
     pub part: u32,
 }
 
+/// How far the end of a ray of length 1 may be off by rounding, in every surface's arithmetic (docs/architecture.md).
+pub(crate) const END_ROUNDING: f64 = 32.0 * f64::EPSILON;
+
 impl Hit {
-    /// Gives the point from which a ray towards `direction` leaves: this is the one self-intersection policy of the crate.
+    /// Returns the point from which a ray towards `direction` leaves.
     ///
-    /// The point is moved along the geometric normal, to the side `direction` looks to, by four times the error bound: far enough
-    /// to be certainly on that side, and as near as the hit is exact. Nowhere else is there an epsilon.
+    /// The point is moved along the geometric normal, to the side `direction` looks to, by four times the error bound: far
+    /// enough to be certainly on that side, and as near as the hit is exact. This and [`Hit::segment`] are the one
+    /// self-intersection policy of the crate. Nowhere else is there an epsilon.
     pub fn departure(&self, direction: DVec3) -> DVec3 {
-        // A hit can be exact: on a plane, at the origin. Its rays leave all the same.
-        let error = self.error.max(1e-300);
-        // A direction in the tangent plane itself (-0.0 included) counts as outward.
-        let side = if self.normal.dot(direction) < 0.0 { -1.0 } else { 1.0 };
-        self.point + (4.0 * error * side) * self.normal
+        self.lifted(direction, 0.0)
     }
 
     /// Makes the ray that leaves the hit along the unit vector `direction`.
@@ -129,10 +131,22 @@ impl Hit {
         Ray::new(self.departure(direction), direction)
     }
 
-    /// Makes the ray between two hits, `direction` being the unit vector from this one to `other`; both ends depart from their surfaces.
-    /// `None` when nothing is left between them.
+    /// Makes the ray between two hits, `direction` being the unit vector from this one to `other`; both ends depart from
+    /// their surfaces. `None` when nothing is left between them.
+    ///
+    /// A ray knows where it starts, but its end is rounded with its length: the end stays off its surface by that, too.
     pub fn segment(&self, other: &Self, direction: DVec3) -> Option<Ray> {
-        Ray::between(self.departure(direction), other.departure(-direction))
+        let rounding = END_ROUNDING * other.point.distance(self.point);
+        Ray::between(self.departure(direction), other.lifted(-direction, rounding))
+    }
+
+    /// Moves the point off the surface, to the side `direction` looks to, by four error bounds and `more` metres.
+    fn lifted(&self, direction: DVec3, more: f64) -> DVec3 {
+        // A hit can be exact: on a plane, at the origin. Its rays leave all the same.
+        let error = self.error.max(1e-300);
+        // A direction in the tangent plane itself (-0.0 included) counts as outward.
+        let side = if self.normal.dot(direction) < 0.0 { -1.0 } else { 1.0 };
+        self.point + ((4.0 * error + more) * side) * self.normal
     }
 }
 
@@ -147,6 +161,11 @@ pub trait SampleArea: Surface {
     /// Gives the density, 1/m2, with which [`SampleArea::sample_area`] picks the point of a (refined) hit.
     fn density(&self, hit: &Hit) -> f64;
 
+    /// Describes what is seen of the surface from its outer side, where that is simple.
+    fn outline(&self) -> Outline {
+        Outline::Other
+    }
+
     /// Divides the surface into facets that are nearly flat.
     fn facets(&self, division: &Division) -> Vec<Facet>;
 
@@ -157,6 +176,31 @@ pub trait SampleArea: Surface {
     fn uniform(&self, u: DVec2) -> Hit {
         self.sample_area(u).hit
     }
+}
+
+/// Describes what is seen of a surface from its outer side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outline {
+    /// Polygons: [`SampleArea::facets`] of any number has their outlines exactly.
+    Polygons,
+    /// A disc, seen from the side of its unit normal.
+    Disc {
+        /// The centre, metres.
+        centre: DVec3,
+        /// The unit normal.
+        normal: DVec3,
+        /// The radius, metres.
+        radius: f64,
+    },
+    /// A sphere, seen from outside.
+    Sphere {
+        /// The centre, metres.
+        centre: DVec3,
+        /// The radius, metres.
+        radius: f64,
+    },
+    /// Anything else.
+    Other,
 }
 
 /// Describes a point sampled on a surface, as the hit that a ray from outside would have made (its distance is 0), with its density.

@@ -13,7 +13,7 @@ pub use self::pass::walks_per_sample;
 
 use self::pass::Pass;
 use super::connect::Light;
-use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Stop};
+use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Stop, Watch};
 use super::walk::Launcher;
 use super::weighting::Weighting;
 
@@ -58,6 +58,9 @@ pub struct Rendering {
     /// The share of all flux that comes to surfaces from point lights by mirrors: those places are dark where they are seen in a mirror themselves, and by path
     /// tracing wherever they are seen.
     pub caustic: f64,
+    /// The share of the rows that were done when the run ended in its very first pass; the others are black, and no error is
+    /// known. `None` after a complete pass.
+    pub unfinished: Option<f64>,
     /// The time it took.
     pub elapsed: Duration,
 }
@@ -70,9 +73,6 @@ pub struct Keeper<'a> {
     pub save: &'a mut dyn FnMut(&Rendering),
 }
 
-/// Passes that are made whatever the time or the observer says: two replicates are the least that give an error.
-const FEWEST_PASSES: usize = 2;
-
 /// Passes from which the observer is told an error before the first stage is complete.
 const FEWEST_FORETOLD: usize = 4;
 
@@ -84,7 +84,8 @@ pub const SHARE_WITHIN: f64 = 0.95;
 /// Only the window of the camera is computed; without a target error its pixels are, to the bit, those that the whole picture has there after as many
 /// walks. The pixel filter is sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
 /// when the number of samples has doubled. With a target error, pixels that are known well enough rest for part of the samples ([`Film::plan`]), and the run
-/// ends when [`SHARE_WITHIN`] of the pixels meet it. Time limits and interruption abandon the pass under way; at least two passes are made.
+/// ends when [`SHARE_WITHIN`] of the pixels meet it. Time limits and interruption abandon the pass under way, the very first one too:
+/// then the rows that are done make the picture ([`Rendering::unfinished`]). Before two passes no error is known.
 ///
 /// # Errors
 /// [`crate::Error::Parameter`] when the scene has no light or the image has too many pixels.
@@ -122,6 +123,7 @@ pub fn render_on(
         mean_walks_per_pixel: 0.0,
         escaped: 0.0,
         caustic: launcher.caustic_share(settings.randomness, settings.seed),
+        unfinished: None,
         elapsed: Duration::ZERO,
     };
     let mut samples = Vec::new();
@@ -146,9 +148,10 @@ pub fn render_on(
             run.film.plan(settings.stop.relative_error);
         }
         samples.resize(run.film.size().iter().product(), Light::default());
-        if run.pass(scene, &launcher, camera, settings, (&control, observer), &mut samples) {
+        let watch = Watch::new(&control, observer);
+        if run.pass(scene, &launcher, camera, (settings, &watch), &mut samples) {
             run.account(&launcher, settings, &control);
-            run.ending = if control.is_late() { Ending::Time } else { Ending::Interrupted };
+            run.ending = watch.ending();
             return Ok(run);
         }
     }
@@ -184,40 +187,33 @@ impl Rendering {
         } else if self.film.passes() >= FEWEST_FORETOLD && self.film.passes().is_power_of_two() {
             control.note(known());
         }
-        if self.film.passes() < FEWEST_PASSES {
-            return None;
-        }
         let over = control.is_over(walks);
         let broken = || control.report(walks, observer).is_break();
         over.or_else(|| broken().then_some(Ending::Interrupted))
     }
 
-    /// Takes a pass; tells whether it was abandoned, in which case the film is as it was.
+    /// Takes a pass; tells whether it was abandoned, in which case the film is as it was, unless it was the very first.
     fn pass(
         &mut self,
         scene: &Scene,
         launcher: &Launcher,
         camera: &Camera,
-        settings: &ImageSettings,
-        (control, observer): (&Control, Observer),
+        (settings, watch): (&ImageSettings, &Watch),
         samples: &mut [Light],
     ) -> bool {
-        let film = &self.film;
-        let pass = Pass::new(scene, launcher, settings, film);
-        let cancelled = pass.fill(camera, samples, &|rows| {
-            let share = rows as f64 / film.size()[1] as f64;
-            let sample = walks_per_sample(&settings.estimator) as f64;
-            let walks = self.walks_per_pixel + (share * sample) as u64;
-            let broken = control.report(walks, observer).is_break();
-            film.passes() >= FEWEST_PASSES && (broken || control.is_late())
-        });
-        if !cancelled {
+        let pass = Pass::new(scene, launcher, settings, &self.film, watch);
+        let complete = pass.fill(camera, samples);
+        let unfinished = (!complete && self.film.passes() == 0).then(|| pass.share());
+        if complete {
             pass.splat(camera, samples);
             let escaped = pass.escaped();
             self.film.add_escaped(escaped);
+        }
+        if complete || unfinished.is_some_and(|share| share > 0.0) {
             self.film.add_pass(samples);
         }
-        cancelled
+        self.unfinished = unfinished;
+        !complete
     }
 }
 

@@ -1,7 +1,7 @@
 //! One sample of every pixel: walks from the lights, an eye ray for each pixel, and how the two are brought together.
 
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use super::super::direct;
 use super::super::gather::through_mirror;
 use super::super::path::PathTracer;
 use super::super::receiver::Receiver;
-use super::super::replicates::seed;
+use super::super::replicates::{Watch, seed};
 use super::super::walk::Launcher;
 use super::super::weighting::Weighting;
 use super::{Estimator, ImageSettings, splat};
@@ -54,6 +54,11 @@ pub(super) struct Pass<'a> {
     lamps: Aabb,
     /// Each is made when the first pixel picks it: few pixels need few.
     clouds: Vec<OnceLock<Made<'a>>>,
+    watch: &'a Watch<'a>,
+    /// The walks of each pixel before this pass.
+    walks_before: u64,
+    /// The rows done.
+    rows: AtomicUsize,
 }
 
 /// A cloud, and the flux of its walks that left the scene.
@@ -68,6 +73,7 @@ impl<'a> Pass<'a> {
         launcher: &'a Launcher<'a>,
         settings: &'a ImageSettings,
         film: &'a Film,
+        watch: &'a Watch<'a>,
     ) -> Self {
         let (clouds, weighting) = match settings.estimator {
             Estimator::DoubleLocal(weighting) => (CLOUDS_PER_PASS, weighting),
@@ -77,7 +83,23 @@ impl<'a> Pass<'a> {
         let clouds = (0..clouds).map(|_| OnceLock::new()).collect();
         let bounds = |emitter: &Emitter| scene.objects()[emitter.object].surface.bounds();
         let lamps = scene.emitters().iter().map(bounds).fold(Aabb::EMPTY, Aabb::union);
-        Self { scene, connector, settings, film, lamps, clouds }
+        let walks_before = (film.passes() * walks_per_sample(&settings.estimator)) as u64;
+        let rows = AtomicUsize::new(0);
+        Self { scene, connector, settings, film, lamps, clouds, watch, walks_before, rows }
+    }
+
+    /// Whether the pass is to be abandoned.
+    fn ends(&self) -> bool {
+        self.watch.ends(|| {
+            let share = self.rows.load(Ordering::Relaxed) as f64 / self.film.size()[1] as f64;
+            let sample = walks_per_sample(&self.settings.estimator) as f64;
+            self.walks_before + (share * sample) as u64
+        })
+    }
+
+    /// Returns the share of the rows that are done.
+    pub(super) fn share(&self) -> f64 {
+        self.rows.load(Ordering::Relaxed) as f64 / self.film.size()[1] as f64
     }
 
     fn cloud(&self, index: usize) -> &Cloud<'a> {
@@ -89,9 +111,9 @@ impl<'a> Pass<'a> {
         let launch = |i: usize| {
             let seed = seed_of(self.settings, self.film, WALKS);
             let mut stream = Stream::new(self.settings.randomness, seed, i as u64);
-            let mut nodes = Vec::new();
-            let escaped = self.connector.launcher.walk(&mut stream, &mut nodes);
-            (nodes, escaped)
+            let walked = self.connector.launcher.follow(&mut stream, &|| self.ends());
+            let escaped = walked.escape.map_or(Rgb::BLACK, |(_, flux)| flux);
+            (walked.nodes, escaped)
         };
         let (walks, escaped): (Vec<_>, Vec<_>) = (first..first + cloud::WALKS).map(launch).unzip();
         Made {
@@ -107,24 +129,20 @@ impl<'a> Pass<'a> {
         made().map(|made| made.escaped).sum::<Rgb>() / walks as f64
     }
 
-    /// Takes a sample of every pixel that does not rest. After each row `cancel` is told how many are done; when it says so, the pass is abandoned, which is returned.
-    pub(super) fn fill(
-        &self,
-        camera: &Camera,
-        samples: &mut [Light],
-        cancel: &(dyn Fn(usize) -> bool + Sync),
-    ) -> bool {
+    /// Takes a sample of every pixel that does not rest. Returns whether all were taken: when the run is to end at once, rows
+    /// are left black.
+    pub(super) fn fill(&self, camera: &Camera, samples: &mut [Light]) -> bool {
         let window = camera.window();
         let ([left, top], [width, height]) = (window.min(), window.size());
         let whole_width = u64::from(camera.resolution()[0]);
         let tracer = PathTracer::new(self.scene);
-        let (cancelled, rows) = (AtomicBool::new(false), AtomicUsize::new(0));
         samples.par_chunks_mut(width as usize).enumerate().for_each(|(row, line)| {
-            if cancelled.load(Ordering::Relaxed) {
-                return;
-            }
             let mut batch = Batch::default();
             for (column, sample) in line.iter_mut().enumerate() {
+                if self.ends() {
+                    line.fill(Light::default());
+                    return;
+                }
                 let index = self.film.index(row * width as usize + column);
                 // Places in the whole picture, so that a window has the random numbers it has there.
                 let (column, row) = (column as u64 + u64::from(left), row as u64 + u64::from(top));
@@ -134,12 +152,15 @@ impl<'a> Pass<'a> {
                     self.sample(camera, &tracer, &mut batch, place, corner)
                 });
             }
-            if cancel(rows.fetch_add(1, Ordering::Relaxed) + 1) {
-                cancelled.store(true, Ordering::Relaxed);
+            // A walk that was left half way spoils the row that used it.
+            if self.watch.has_ended() {
+                line.fill(Light::default());
+            } else {
+                self.rows.fetch_add(1, Ordering::Relaxed);
             }
         });
         // A pass whose last row was finished before anyone asked is complete.
-        cancelled.into_inner() && rows.into_inner() < height as usize
+        self.rows.load(Ordering::Relaxed) == height as usize
     }
 
     /// Adds what only the walks can show to the samples of all pixels.
@@ -181,7 +202,7 @@ impl<'a> Pass<'a> {
             }
             // What shines straight has been looked at. Direct is what has been reflected once at most.
             if mirrors > 0 {
-                let emitted = left * vertex.emitted();
+                let emitted = left * self.scene.emitted(&vertex);
                 *(if mirrors < 2 { &mut light.direct } else { &mut light.indirect }) += emitted;
             }
             if vertex.albedo() > 0.0 {
@@ -224,7 +245,7 @@ impl<'a> Pass<'a> {
                 if !vertex.is_sound() {
                     return None;
                 }
-                sum += vertex.emitted();
+                sum += self.scene.emitted(&vertex);
             }
         }
         Some(sum / count)

@@ -38,7 +38,8 @@ fn seen(scene: &Scene, camera: &Camera, node: &Node) -> Option<(DVec2, Rgb)> {
     if vertex.hit.normal.dot(image.towards) * vertex.hit.normal.dot(vertex.outgoing) <= 0.0 {
         return None;
     }
-    let reflected = vertex.brdf().eval(vertex.normal, vertex.outgoing, image.towards);
+    let reflected =
+        vertex.brdf().eval(vertex.normal, vertex.outgoing, image.towards) * vertex.arriving();
     if reflected.is_black() {
         return None;
     }

@@ -80,7 +80,7 @@ impl RadiositySettings {
 /// Measures what receivers get from the patches of a scene, beside the light of `points`. Of `stop` only the time counts.
 pub(super) fn survey(
     scene: &Scene,
-    receivers: &[Option<Receiver>],
+    receivers: &[Receiver],
     points: &[Rgb],
     settings: &RadiositySettings,
     stop: Stop,
@@ -90,11 +90,7 @@ pub(super) fn survey(
     let control = Control::new(stop);
     let patches = Patches::new(scene, settings.patches)?;
     let solution = shooting::solve(scene, &patches, settings.tolerance, &control, observer);
-    let gather = |receiver: &Option<Receiver>| {
-        receiver
-            .as_ref()
-            .map_or(Light::default(), |r| gather::gather(scene, &patches, &solution, r))
-    };
+    let gather = |receiver: &Receiver| gather::gather(scene, &patches, &solution, receiver);
     let lights: Vec<Light> = receivers.par_iter().map(gather).collect();
     let results = points.iter().zip(&lights).map(|(point, light)| Measured {
         total: Estimate::without_error((*point + light.total()).luminance()),

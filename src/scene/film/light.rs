@@ -17,6 +17,9 @@ impl Light {
     /// What a walk or a path brings that is spoilt by a place, a normal or a flux that is no number: it is counted, and nothing of it is added.
     pub const SPOILT: Self = Self { direct: Rgb::BLACK, indirect: Rgb::grey(f64::NAN) };
 
+    /// What roundings leave at most of a sum whose terms are all taken off again, relative to the sum.
+    pub(crate) const ROUNDING: f64 = 1e-12;
+
     /// Gives both together.
     pub fn total(&self) -> Rgb {
         self.direct + self.indirect
@@ -24,10 +27,9 @@ impl Light {
 
     /// Gives it without what is no more than the roundings of a sum of this size.
     pub(crate) fn above_rounding(self, of: &Self) -> Self {
-        const ROUNDING: f64 = 1e-12;
         let above = |light: Rgb, of: Rgb| {
             let components = [0, 1, 2].map(|i| {
-                let (c, rounding) = (light.0[i], ROUNDING * of.0[i]);
+                let (c, rounding) = (light.0[i], Self::ROUNDING * of.0[i]);
                 if c.abs() <= rounding { 0.0 } else { c }
             });
             Rgb(components)

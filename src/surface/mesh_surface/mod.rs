@@ -8,12 +8,15 @@
 mod block;
 mod spread;
 
+use std::collections::HashSet;
 use std::sync::OnceLock;
 
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec2, DVec3};
 
-use super::{AreaPoint, Bvh, Division, Facet, Hit, Mesh, SampleArea, Surface, facets};
+use super::{
+    AreaPoint, Bvh, Division, Doubles, Facet, Hit, Mesh, Outline, SampleArea, Surface, facets,
+};
 use crate::math::{Aabb, Ray, sampling};
 use crate::{Error, Result};
 use block::{Block, LANES, Meeting, Shear};
@@ -31,6 +34,8 @@ pub struct MeshSurface {
     areas: Vec<f64>,
     /// Unit normals of the vertices, when smooth.
     vertex_normals: Option<Vec<DVec3>>,
+    /// Faces that have another at their back: each side is met from its front.
+    back_to_back: HashSet<u32>,
     /// The faces by place; made when first asked for.
     spread: OnceLock<Spread>,
     level: Level,
@@ -54,7 +59,8 @@ impl MeshSurface {
         let blocks = leaves.map(|faces| Block::new(&mesh, *faces)).collect();
         let (bounds, level) = (mesh.bounds(), Level::new());
         let (vertex_normals, spread) = (None, OnceLock::new());
-        Ok(Self { mesh, tree, bounds, blocks, areas, vertex_normals, spread, level })
+        let back_to_back = HashSet::new();
+        Ok(Self { mesh, tree, bounds, blocks, areas, vertex_normals, back_to_back, spread, level })
     }
 
     /// Prepares a mesh for rays, shaded with normals interpolated between its vertices, whose own are the means of the faces
@@ -66,6 +72,12 @@ impl MeshSurface {
         let mut surface = Self::new(mesh)?;
         surface.vertex_normals = Some(vertex_normals(&surface.mesh));
         Ok(surface)
+    }
+
+    /// Meets faces that stand back to back, as [`Doubles`] finds them, from their front, so that each side shines by itself.
+    pub fn with_back_to_back(mut self, doubles: &Doubles) -> Self {
+        self.back_to_back.clone_from(&doubles.back_to_back);
+        self
     }
 
     /// Gives the mesh.
@@ -112,7 +124,16 @@ impl MeshSurface {
         );
         let (leaf, meeting) = best?;
         let (face, corners) = self.blocks[leaf].face(meeting.lane);
-        Some(self.hit_at(face, corners, meeting, -ray.direction))
+        let hit = self.hit_at(face, corners, meeting, -ray.direction);
+        if self.back_to_back.is_empty() || !self.is_met_from_behind(&hit, ray) {
+            return Some(hit);
+        }
+        Some(Hit { normal: -hit.normal, shading_normal: -hit.shading_normal, ..hit })
+    }
+
+    #[inline(never)]
+    fn is_met_from_behind(&self, hit: &Hit, ray: &Ray) -> bool {
+        hit.normal.dot(ray.direction) > 0.0 && self.back_to_back.contains(&hit.part)
     }
 
     #[inline(always)]
@@ -208,6 +229,10 @@ impl SampleArea for MeshSurface {
 
     fn density(&self, _: &Hit) -> f64 {
         1.0 / self.area()
+    }
+
+    fn outline(&self) -> Outline {
+        Outline::Polygons
     }
 
     /// Divides each triangle that is larger than the mean facet; faces without area give none.

@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 
 use super::checks;
 use crate::math::{Aabb, Ray, sampling};
-use crate::surface::{AreaPoint, Division, Facet, Hit, SampleArea, Surface, facets};
+use crate::surface::{AreaPoint, Division, Facet, Hit, Outline, SampleArea, Surface, facets};
 use crate::{Error, Result};
 
 /// Holds an axis-aligned box; its outer side is the outside, or the inside when it is turned inward.
@@ -165,6 +165,10 @@ impl SampleArea for AxisBox {
 
     fn density(&self, _: &Hit) -> f64 {
         1.0 / self.area()
+    }
+
+    fn outline(&self) -> Outline {
+        Outline::Polygons
     }
 
     fn facets(&self, division: &Division) -> Vec<Facet> {

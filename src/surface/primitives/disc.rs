@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::{checks, plane};
 use crate::Result;
 use crate::math::{Aabb, Frame, Ray, sampling};
-use crate::surface::{AreaPoint, Division, Facet, Hit, SampleArea, Surface, facets};
+use crate::surface::{AreaPoint, Division, Facet, Hit, Outline, SampleArea, Surface, facets};
 
 /// Holds a flat disc; its outer side is the one the normal points to.
 ///
@@ -90,6 +90,10 @@ impl SampleArea for Disc {
 
     fn density(&self, _: &Hit) -> f64 {
         1.0 / self.area()
+    }
+
+    fn outline(&self) -> Outline {
+        Outline::Disc { centre: self.centre, normal: self.normal, radius: self.radius }
     }
 
     fn facets(&self, division: &Division) -> Vec<Facet> {

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::{checks, plane};
 use crate::math::{Aabb, Ray};
-use crate::surface::{AreaPoint, Division, Facet, Hit, SampleArea, Surface, facets};
+use crate::surface::{AreaPoint, Division, Facet, Hit, Outline, SampleArea, Surface, facets};
 use crate::{Error, Result};
 
 /// Holds the rectangle `corner + a edge_u + b edge_v`, 0 <= a, b <= 1; its outer side is that of `edge_u x edge_v`.
@@ -121,6 +121,10 @@ impl SampleArea for Rectangle {
 
     fn density(&self, _: &Hit) -> f64 {
         1.0 / self.area()
+    }
+
+    fn outline(&self) -> Outline {
+        Outline::Polygons
     }
 
     fn facets(&self, division: &Division) -> Vec<Facet> {

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use super::checks;
 use crate::Result;
 use crate::math::{Aabb, Ray, sampling};
-use crate::surface::{AreaPoint, Division, Facet, Hit, SampleArea, Surface, facets};
+use crate::surface::{AreaPoint, Division, Facet, Hit, Outline, SampleArea, Surface, facets};
 
 /// Holds a sphere; its outer side is the outside, or the inside when it is turned inward.
 ///
@@ -121,6 +121,14 @@ impl SampleArea for Sphere {
 
     fn density(&self, _: &Hit) -> f64 {
         1.0 / self.area()
+    }
+
+    fn outline(&self) -> Outline {
+        if self.inward {
+            Outline::Other
+        } else {
+            Outline::Sphere { centre: self.centre, radius: self.radius }
+        }
     }
 
     fn facets(&self, division: &Division) -> Vec<Facet> {
