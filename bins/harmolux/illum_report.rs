@@ -79,6 +79,7 @@ fn values(group: &Group) -> TextTable {
     for (i, ((sensor, r), behind)) in sensors.enumerate() {
         let [x, y, z] = [0, 1, 2].map(|axis| say::significant(sensor.at[axis], places[axis]));
         let illuminance = match behind {
+            None if r.total.mean.is_nan() => "unknown".to_owned(),
             None => measured(&r.total),
             Some(object) => format!("behind {object}"),
         };
@@ -89,7 +90,7 @@ fn values(group: &Group) -> TextTable {
             z,
             illuminance,
             half_width(&r.total),
-            if behind.is_some() { "-".to_owned() } else { measured(&r.direct) },
+            if r.direct.mean.is_nan() { "-".to_owned() } else { measured(&r.direct) },
         ];
         row.extend(comparisons.next().into_iter().flat_map(|c| {
             let Some(c) = c else { return [(); 3].map(|()| "-".to_owned()) };

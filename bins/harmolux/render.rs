@@ -430,6 +430,7 @@ fn report_json(
         "escaped": rendering.escaped,
         "caustic": rendering.caustic,
         "spoilt_samples": film.spoilt(),
+        "first_pass_share": rendering.unfinished,
         "ending": format!("{:?}", rendering.ending).to_lowercase(),
         "written": written,
     })

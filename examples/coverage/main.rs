@@ -40,7 +40,7 @@ struct Problem {
 }
 
 /// Stops at a relative half width.
-fn at(target: f64) -> Stop {
+fn within(target: f64) -> Stop {
     Stop { relative_error: Some(target), walks: Some(1 << 17), ..Stop::default() }
 }
 
@@ -131,7 +131,7 @@ fn of_scene(name: &'static str, target: f64) -> Result<Problem> {
         sensors: sensors.collect(),
         exact: exact.into_iter().flatten().flatten().collect(),
         scene: loaded.scene,
-        stop: at(target),
+        stop: within(target),
     })
 }
 
@@ -159,7 +159,7 @@ fn sobolev(name: &'static str, problem: SobolevProblem) -> Result<Problem> {
         scene: Scene::new(objects, vec![source])?,
         sensors: radii.iter().map(|r| Sensor::plane(DVec3::X * *r, DVec3::Z)).collect(),
         exact: exact.collect::<Result<_>>()?,
-        stop: at(0.02),
+        stop: within(0.02),
     })
 }
 
@@ -181,7 +181,7 @@ fn cube() -> Result<Problem> {
             .map(|[x, y]| Sensor::plane(DVec3::new(*x, *y, -half), DVec3::Z))
             .collect(),
         exact: exact.collect::<Result<_>>()?,
-        stop: at(0.02),
+        stop: within(0.02),
     })
 }
 
@@ -205,7 +205,7 @@ fn sphere() -> Result<Problem> {
         scene: Scene::new(vec![wall], vec![lamp])?,
         sensors: heights.iter().map(|mu| Sensor::plane(place(*mu), -place(*mu))).collect(),
         exact: exact.collect::<Result<_>>()?,
-        stop: at(0.01),
+        stop: within(0.01),
     })
 }
 
@@ -230,6 +230,6 @@ fn furnace() -> Result<Problem> {
         scene: Scene::new(objects, vec![])?,
         sensors,
         exact,
-        stop: at(0.03),
+        stop: within(0.03),
     })
 }

@@ -34,6 +34,7 @@ use super::direct;
 use super::gather::{Gathered, Gatherer};
 use super::known_lights::Outlook;
 use super::receiver::Receiver;
+use super::replicates::Watch;
 use super::walk::{Launcher, Node};
 use super::weighting::Weighting;
 
@@ -43,6 +44,7 @@ pub(super) struct Connector<'a> {
     pub(super) launcher: &'a Launcher<'a>,
     pub(super) weighting: Weighting,
     level: Level,
+    watch: Option<&'a Watch<'a>>,
 }
 
 /// Holds the estimates that are made together, and the memory they need; to be used again for the next ones.
@@ -118,7 +120,17 @@ const WEIGHED_BEYOND: usize = 8;
 impl<'a> Connector<'a> {
     /// Prepares for a scene whose walks `launcher` starts.
     pub(super) fn new(scene: &'a Scene, launcher: &'a Launcher<'a>, weighting: Weighting) -> Self {
-        Self { scene, launcher, weighting, level: Level::new() }
+        Self { scene, launcher, weighting, level: Level::new(), watch: None }
+    }
+
+    /// Leaves off, with whatever is known, when `watch` says that nothing more is needed.
+    pub(super) fn watched(self, watch: &'a Watch<'a>) -> Self {
+        Self { watch: Some(watch), ..self }
+    }
+
+    /// Whether what is asked for is not needed any more.
+    pub(super) fn ends(&self) -> bool {
+        self.watch.is_some_and(Watch::ends)
     }
 
     /// Looks at the known lights from a receiver.
@@ -144,7 +156,7 @@ impl<'a> Connector<'a> {
         }
         let asked = batch.estimates.len();
         let mut level = 0..asked;
-        while !level.is_empty() {
+        while !level.is_empty() && !self.ends() {
             let outlook = (level.start == 0).then_some(outlook);
             self.connect(batch, level.clone(), outlook);
             self.gather(batch, &level, outlook);
@@ -343,7 +355,8 @@ mod tests {
         // Near an edge most is gathered, over several levels.
         let sensor = Sensor::plane(DVec3::new(0.02, 2.0, 0.0), DVec3::Z);
         let receiver = Receiver::sensor(&sensor);
-        let outlook = launcher.outlook(&receiver);
+        // Of the ball all would be known.
+        let outlook = Outlook::default();
         for weighting in [Weighting::Walk, Weighting::of(&scene)] {
             let connector = Connector::new(&scene, &launcher, weighting);
             let mut batch = Batch::default();

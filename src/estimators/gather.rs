@@ -67,7 +67,7 @@ impl<'a> Connector<'a> {
             batch.rays.push(receiver.hit.leave(sample.direction).up_to(reach));
             batch.gathered.push(Gathered { to, sample, roulette, mirrored: None, stream });
         }
-        while !batch.rays.is_empty() {
+        while !batch.rays.is_empty() && !self.ends() {
             batch.hits.clear();
             batch.hits.resize(batch.rays.len(), None);
             self.scene.hits(&batch.rays, &mut batch.hits);

@@ -167,7 +167,10 @@ fn seen<'a>(scene: &'a Scene, ray: &Ray) -> Vec<(Vertex<'a>, Rgb)> {
     let (mut seen, mut left) = (Vec::new(), Rgb::WHITE);
     let mut next = scene.vertex(ray);
     while let Some(vertex) = next {
-        seen.push((vertex, left));
+        // A mirror itself shows nothing; there may be many in a row.
+        if vertex.albedo() > 0.0 || !vertex.emitted().is_black() || vertex.mirrored().is_none() {
+            seen.push((vertex, left));
+        }
         let mirrored = vertex.mirrored().map(|(direction, reflectance)| {
             left *= reflectance;
             vertex.hit.leave(direction)
@@ -205,7 +208,7 @@ fn survey(
 ) -> Result<Survey> {
     let launcher = Launcher::new(scene)?;
     let mut control = Control::new(settings.stop);
-    let watch = Watch::new(&control, observer);
+    let watch = Watch::new(&control, observer, 0);
     let counts = matches!(settings.estimator, SensorEstimator::Photon { .. });
     let outlook = |receiver: &Receiver| match settings.estimator {
         SensorEstimator::Local(_) => launcher.outlook(receiver),
@@ -213,7 +216,7 @@ fn survey(
     };
     // What is known of each receiver before any walk; of none that the time did not suffice for.
     let prepare = |(i, receiver): (usize, &Receiver)| {
-        if watch.ends(|| 0) {
+        if watch.ends() {
             return (Rgb::BLACK, Outlook::default());
         }
         let exact = if counts { Rgb::BLACK } else { direct::point_lights(scene, receiver) };
@@ -254,7 +257,7 @@ fn survey(
             break ending;
         }
         let block = (target - done).min(LARGEST_BLOCK).min(control.affordable(done));
-        let watch = Watch::new(&control, observer);
+        let watch = Watch::new(&control, observer, done * REPLICATES as u64);
         escaped += survey.add_walks(done, block, &mut sums, &watch);
         if watch.has_ended() {
             break watch.ending();
@@ -361,7 +364,7 @@ impl<'a> Run<'a> {
         let weigh = |chunk: usize| {
             let mut batch = Batch::default();
             let weigh = |sensor: usize| {
-                if watch.ends(|| 0) {
+                if watch.ends() {
                     return weighting;
                 }
                 let mut sum = Sum::default();
@@ -465,13 +468,8 @@ impl<'a> Run<'a> {
     fn walk(&self, replicate: usize, index: u64, watch: &Watch) -> Walked<'a> {
         let seed = seed(self.settings.seed, replicate, WALKS);
         let stream = &mut Stream::new(self.settings.randomness, seed, index);
-        let ends = || watch.ends(|| self.walks());
+        let ends = || watch.ends();
         if ends() { Walked::default() } else { self.launcher.follow(stream, &ends) }
-    }
-
-    /// Returns the number of walks that all receivers have.
-    fn walks(&self) -> u64 {
-        REPLICATES as u64 * self.done.iter().copied().min().unwrap_or(0)
     }
 
     /// Adds a block of walks, or of paths when there are none, to one sensor of one replicate, if there is time.
@@ -481,10 +479,9 @@ impl<'a> Run<'a> {
         Served { replicate, indices, walks, clouds }: Served<'w>,
         batch: &mut Batch<'w>,
         sum: &mut Sum,
-        watch: &Watch,
+        watch: &'w Watch<'w>,
     ) {
-        let ends = || watch.ends(|| self.walks());
-        if ends() {
+        if watch.ends() {
             return;
         }
         let receiver = &self.receivers[sensor];
@@ -501,7 +498,7 @@ impl<'a> Run<'a> {
         match self.settings.estimator {
             SensorEstimator::Path => {
                 let tracer = PathTracer::new(self.scene);
-                let mut indices = indices.take_while(|_| !ends());
+                let mut indices = indices.take_while(|_| !watch.ends());
                 indices.by_ref().for_each(|i| add(tracer.trace(receiver, &mut stream(i))));
             }
             // Its survey is its own.
@@ -514,7 +511,7 @@ impl<'a> Run<'a> {
             }
             SensorEstimator::Local(_) => {
                 let weighting = self.weightings[sensor];
-                let connector = Connector::new(self.scene, self.launcher, weighting);
+                let connector = Connector::new(self.scene, self.launcher, weighting).watched(watch);
                 let effort = self.efforts[sensor];
                 let seed = hash([seed, effort.planned]);
                 let stream = |index| Stream::new(self.settings.randomness, seed, index);

@@ -150,7 +150,7 @@ mod tests {
         let n = 1 << 16;
         let count = |i| {
             let mut stream = Stream::new(Randomness::Sobol, 5, i);
-            counter.count(&launcher.follow(&mut stream)).direct.luminance()
+            counter.count(&launcher.follow(&mut stream, &|| false)).direct.luminance()
         };
         (0..n).map(count).sum::<f64>() / n as f64
     }

@@ -165,28 +165,39 @@ pub(super) struct Watch<'a> {
     ended: AtomicBool,
     /// When it is asked next, milliseconds since the start.
     next: AtomicU64,
+    /// The walks that are done.
+    walks: AtomicU64,
 }
 
 /// The milliseconds between two questions.
 const ASKED_EVERY: u64 = 20;
 
 impl<'a> Watch<'a> {
-    pub(super) fn new(control: &'a Control, observer: Observer<'a>) -> Self {
+    /// Watches a run that has done so many walks.
+    pub(super) fn new(control: &'a Control, observer: Observer<'a>, walks: u64) -> Self {
         let next = AtomicU64::new(control.elapsed().as_millis() as u64 + ASKED_EVERY);
-        Self { control, observer, ended: AtomicBool::new(false), next }
+        let walks = AtomicU64::new(walks);
+        Self { control, observer, ended: AtomicBool::new(false), next, walks }
     }
 
-    /// Whether the work is to be abandoned; the observer is told the walks that are done.
-    pub(super) fn ends(&self, walks: impl FnOnce() -> u64) -> bool {
+    /// Notes the walks that are done.
+    pub(super) fn note(&self, walks: u64) {
+        self.walks.store(walks, Ordering::Relaxed);
+    }
+
+    /// Whether the work is to be abandoned.
+    pub(super) fn ends(&self) -> bool {
         let now = self.control.elapsed().as_millis() as u64;
         let next = self.next.load(Ordering::Relaxed);
         let (old, new) = (Ordering::Relaxed, Ordering::Relaxed);
         let asks =
             now >= next && self.next.compare_exchange(next, now + ASKED_EVERY, old, new).is_ok();
-        if asks
-            && (self.control.report(walks(), self.observer).is_break() || self.control.is_late())
-        {
-            self.ended.store(true, Ordering::Relaxed);
+        if asks {
+            let walks = self.walks.load(Ordering::Relaxed);
+            let broken = self.control.report(walks, self.observer).is_break();
+            if broken || self.control.is_late() {
+                self.ended.store(true, Ordering::Relaxed);
+            }
         }
         self.has_ended()
     }

@@ -262,7 +262,7 @@ impl Order {
     fn just_beyond(&self, ray: &Ray, (index, hit): &(usize, Hit)) -> f64 {
         let apart = self.roundings[*index] + self.largest + END_ROUNDING * hit.distance;
         let cos = hit.normal.dot(ray.direction).abs();
-        ray.t_max.min(hit.distance + 2.0 * apart / cos)
+        ray.t_max.min(hit.distance + hit.error + 2.0 * apart / cos)
     }
 
     /// Whether two hits of a ray lie in one place, as far as rounding can tell.
@@ -283,7 +283,9 @@ impl Order {
         new: (usize, Hit),
     ) -> (usize, Hit) {
         let Some(best) = best else { return new };
-        let (a, b) = if self.coincide(ray, &best, &new) {
+        let error = best.1.error.max(new.1.error);
+        let near = (best.1.distance - new.1.distance).abs() <= error;
+        let (a, b) = if near || self.coincide(ray, &best, &new) {
             let whole = |(index, hit): (usize, Hit)| {
                 (index, objects[index].surface.hit(ray).unwrap_or(hit))
             };

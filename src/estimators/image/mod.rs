@@ -148,7 +148,7 @@ pub fn render_on(
             run.film.plan(settings.stop.relative_error);
         }
         samples.resize(run.film.size().iter().product(), Light::default());
-        let watch = Watch::new(&control, observer);
+        let watch = Watch::new(&control, observer, run.walks_per_pixel);
         if run.pass(scene, &launcher, camera, (settings, &watch), &mut samples) {
             run.account(&launcher, settings, &control);
             run.ending = watch.ending();

@@ -55,8 +55,6 @@ pub(super) struct Pass<'a> {
     /// Each is made when the first pixel picks it: few pixels need few.
     clouds: Vec<OnceLock<Made<'a>>>,
     watch: &'a Watch<'a>,
-    /// The walks of each pixel before this pass.
-    walks_before: u64,
     /// The rows done.
     rows: AtomicUsize,
 }
@@ -79,22 +77,12 @@ impl<'a> Pass<'a> {
             Estimator::DoubleLocal(weighting) => (CLOUDS_PER_PASS, weighting),
             Estimator::Path => (0, Weighting::Walk),
         };
-        let connector = Connector::new(scene, launcher, weighting);
+        let connector = Connector::new(scene, launcher, weighting).watched(watch);
         let clouds = (0..clouds).map(|_| OnceLock::new()).collect();
         let bounds = |emitter: &Emitter| scene.objects()[emitter.object].surface.bounds();
         let lamps = scene.emitters().iter().map(bounds).fold(Aabb::EMPTY, Aabb::union);
-        let walks_before = (film.passes() * walks_per_sample(&settings.estimator)) as u64;
         let rows = AtomicUsize::new(0);
-        Self { scene, connector, settings, film, lamps, clouds, watch, walks_before, rows }
-    }
-
-    /// Whether the pass is to be abandoned.
-    fn ends(&self) -> bool {
-        self.watch.ends(|| {
-            let share = self.rows.load(Ordering::Relaxed) as f64 / self.film.size()[1] as f64;
-            let sample = walks_per_sample(&self.settings.estimator) as f64;
-            self.walks_before + (share * sample) as u64
-        })
+        Self { scene, connector, settings, film, lamps, clouds, watch, rows }
     }
 
     /// Returns the share of the rows that are done.
@@ -111,7 +99,7 @@ impl<'a> Pass<'a> {
         let launch = |i: usize| {
             let seed = seed_of(self.settings, self.film, WALKS);
             let mut stream = Stream::new(self.settings.randomness, seed, i as u64);
-            let walked = self.connector.launcher.follow(&mut stream, &|| self.ends());
+            let walked = self.connector.launcher.follow(&mut stream, &|| self.watch.ends());
             let escaped = walked.escape.map_or(Rgb::BLACK, |(_, flux)| flux);
             (walked.nodes, escaped)
         };
@@ -139,7 +127,7 @@ impl<'a> Pass<'a> {
         samples.par_chunks_mut(width as usize).enumerate().for_each(|(row, line)| {
             let mut batch = Batch::default();
             for (column, sample) in line.iter_mut().enumerate() {
-                if self.ends() {
+                if self.watch.ends() {
                     line.fill(Light::default());
                     return;
                 }
@@ -157,6 +145,9 @@ impl<'a> Pass<'a> {
                 line.fill(Light::default());
             } else {
                 self.rows.fetch_add(1, Ordering::Relaxed);
+                let passes = self.film.passes() as f64 + self.share();
+                let walks = walks_per_sample(&self.settings.estimator) as f64;
+                self.watch.note((passes * walks) as u64);
             }
         });
         // A pass whose last row was finished before anyone asked is complete.
