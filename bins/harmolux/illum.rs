@@ -190,7 +190,7 @@ fn check_plots(verb: &Illum, file: &SceneFile) -> Result<()> {
 /// Gives the error that a survey has reached: none, with a warning, when no light came anywhere.
 pub(crate) fn reached(survey: &Survey) -> Option<f64> {
     let worst = survey.worst();
-    if worst.is_none() && survey.results.iter().any(|r| !r.total.mean.is_nan()) {
+    if worst.is_none() && survey.walks > 0 {
         say::warning(
             "no light came to any of them; see whether lamps and sensors are where they should be",
         );

@@ -334,3 +334,60 @@ fn emitter(index: usize, object: &Object) -> Result<Emitter> {
     let exitance = exitances.fold(0.0, f64::max);
     Ok(Emitter { object: index, power: exitance * area.area() })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::primitives::{AxisBox, Rectangle};
+
+    fn grey() -> Material {
+        Material::lambert(Rgb::grey(0.5)).expect("valid")
+    }
+
+    /// A room at UTM coordinates with a desk whose top is a hair above 0.75 m.
+    fn desk_room(top: f64) -> (Scene, DVec3) {
+        let corner = DVec3::new(408_201.0, 5_600_123.0, 0.0);
+        let room = AxisBox::new(corner, corner + DVec3::new(4.0, 4.0, 3.0)).expect("valid");
+        let desk =
+            AxisBox::new(corner + DVec3::new(1.0, 1.0, 0.7), corner + DVec3::new(3.0, 3.0, top));
+        let objects = vec![
+            Object::new("room", room.turned_inward(true), grey()),
+            Object::new("desk", desk.expect("valid"), grey()),
+        ];
+        (Scene::new(objects, vec![]).expect("valid"), corner)
+    }
+
+    #[test]
+    fn sensors_a_hair_under_a_surface_lie_on_it() {
+        for off in [1e-13, 1e-8, 1e-6, 2e-6] {
+            let (scene, corner) = desk_room(0.75 + off);
+            let sensor = |x: f64| Sensor::plane(corner + DVec3::new(x, 2.0, 0.75), DVec3::Z);
+            let on = scene.settled(&sensor(2.0));
+            assert_eq!(on.at.z, 0.75 + off, "{off}");
+            assert!(!scene.blocked(&on.as_hit().leave(DVec3::Z).up_to(2.0)));
+            // Beside the desk it stays in the air.
+            assert_eq!(scene.settled(&sensor(0.5)), sensor(0.5));
+        }
+        let (scene, corner) = desk_room(0.7501);
+        let deep = Sensor::plane(corner + DVec3::new(2.0, 2.0, 0.75), DVec3::Z);
+        assert_eq!(scene.settled(&deep), deep);
+    }
+
+    #[test]
+    fn light_of_lamps_in_one_place_adds_up() {
+        let lamp = |x: f64, size: f64, exitance: f64| {
+            let (u, v) = (size * DVec3::Y, size * DVec3::X);
+            let surface = Rectangle::new(DVec3::new(x, 0.0, 3.0), u, v).expect("valid");
+            Object::new("lamp", surface, grey().emitting(Rgb::grey(PI * exitance)))
+        };
+        let objects = vec![lamp(0.0, 1.0, 1.0), lamp(0.5, 1.0, 20.0), lamp(0.7, 0.1, 300.0)];
+        let scene = Scene::new(objects, vec![]).expect("valid");
+        for (x, expected) in [(0.3, 1.0), (0.6, 21.0), (0.75, 321.0), (1.2, 20.0)] {
+            let vertex = scene.vertex(&Ray::new(DVec3::new(x, 0.05, 0.0), DVec3::Z)).expect("met");
+            let found = scene.emitted(&vertex).luminance();
+            assert!((found - expected).abs() <= 1e-12 * expected, "{x}: {found}");
+        }
+        let above = scene.vertex(&Ray::new(DVec3::new(0.75, 0.05, 9.0), DVec3::NEG_Z));
+        assert!(scene.emitted(&above.expect("met")).is_black());
+    }
+}

@@ -73,6 +73,9 @@ pub struct Keeper<'a> {
     pub save: &'a mut dyn FnMut(&Rendering),
 }
 
+/// Passes that are made however few walks are asked for: two replicates are the least that give an error.
+const FEWEST_PASSES: usize = 2;
+
 /// Passes from which the observer is told an error before the first stage is complete.
 const FEWEST_FORETOLD: usize = 4;
 
@@ -187,7 +190,10 @@ impl Rendering {
         } else if self.film.passes() >= FEWEST_FORETOLD && self.film.passes().is_power_of_two() {
             control.note(known());
         }
-        let over = control.is_over(walks);
+        // A number of walks is no haste.
+        let hastes =
+            |ending: &Ending| *ending != Ending::Walks || self.film.passes() >= FEWEST_PASSES;
+        let over = control.is_over(walks).filter(hastes);
         let broken = || control.report(walks, observer).is_break();
         over.or_else(|| broken().then_some(Ending::Interrupted))
     }
