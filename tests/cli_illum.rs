@@ -128,6 +128,32 @@ fn wrong_known_values_are_found_out() {
 }
 
 #[test]
+fn probe_sees_a_body_along_the_borders_of_cube_faces() {
+    let desk = Desk::new();
+    let head = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj");
+    let text = format!(
+        r#"format = 1
+[materials.glow.lambert]
+reflectance = 0
+exitance = 628.318530717958647
+[materials.sky.lambert]
+reflectance = 0
+exitance = 314.15926535897932
+[objects]
+sky.sphere = {{ centre = [0, 0, 0], radius = 20, inward = true, material = "sky" }}
+ball.sh = {{ file = {head:?}, degree = 0, scale = 8, material = "glow" }}
+[illum]
+stop = {{ walks = 32 }}
+"#
+    );
+    desk.put("planes.toml", text);
+    let rays = "3 3 3 -1 -1 -1\n-3 3 -3 1 -1 1\n3 3 0 -1 -1 0\n0 3 -3 0 -1 1\n3 3 1 -3 -3 -1\n";
+    let (code, said) = probe(&desk, &[], rays);
+    let seen: Vec<&str> = said.lines().take(5).filter_map(|l| l.split('\t').next()).collect();
+    assert_eq!((code, &seen[..]), (0, &["200.0000"; 5][..]), "{said}");
+}
+
+#[test]
 fn probe_marks_points_outside_the_room_and_refuses_those_in_a_lamp() {
     let desk = desk("");
     let room = "{ min = [-1, -1, 0], max = [1, 1, 1], inward = true, material = \"half\" }";

@@ -5,23 +5,47 @@
 //! passes a root. Along a ray at distance h from the origin, |f''| <= (M2 h^2 + 2 M1 h s) / rho^4 with rho^2 = h^2 + s^2, M1 and M2 the bounds of
 //! slope and curvature along great circles, and |p|'' >= 0 (outside) or <= 1/rho (seen from inside). Where the shell of the body shows that the
 //! ray passes above the surface, or that it is inside, the series is not evaluated at all.
+//!
+//! A ray is looked at from where it is nearest to the centre: the rounding of its points, by which it would be
+//! kept in a cell of the shell that it left, is then that of the body's size, from however far it comes.
+
+use glam::DVec3;
 
 use super::radial::{Chord, Gap, RadialBody};
 use super::shell::Stay;
 use crate::math::Ray;
 
-/// Finds the first distance at which the ray crosses the surface, with the gap there (within [`RadialBody::tolerance`] of zero, or one rounding
-/// of the distance past it).
-pub(super) fn first_crossing(body: &RadialBody, ray: &Ray) -> Option<(f64, Gap)> {
-    let chord = body.chord(ray)?;
-    match start(body, ray, &chord) {
-        Start::Inside => from_inside(body, ray, &chord),
-        Start::Outside(gap) => from_outside(body, ray, &chord, gap),
-    }
+/// Where a ray crosses the surface.
+pub(super) struct Crossing {
+    pub(super) distance: f64,
+    pub(super) point: DVec3,
+    pub(super) gap: Gap,
+}
+
+/// Finds the first point at which the ray crosses the surface, with the gap there (within
+/// [`RadialBody::tolerance`] of zero, or one rounding of the distance past it).
+pub(super) fn first_crossing(body: &RadialBody, ray: &Ray) -> Option<Crossing> {
+    let (nearest, near) = from_nearest(ray);
+    let chord = body.chord(&near)?;
+    let (t, gap) = match start(body, &near, &chord) {
+        Start::Inside => from_inside(body, &near, &chord)?,
+        Start::Outside(gap) => from_outside(body, &near, &chord, gap)?,
+    };
+    let distance = (nearest + t).max(ray.t_min).min(ray.t_max);
+    Some(Crossing { distance, point: near.at(t), gap })
+}
+
+/// Returns the distance at which a ray is nearest to the centre, and the same ray with its origin there.
+fn from_nearest(ray: &Ray) -> (f64, Ray) {
+    let nearest = -ray.origin.dot(ray.direction);
+    let (t_min, t_max) = (ray.t_min - nearest, ray.t_max - nearest);
+    (nearest, Ray { origin: ray.at(nearest), t_min, t_max, ..*ray })
 }
 
 /// Tells whether the ray crosses the surface at all.
 pub(super) fn crosses(body: &RadialBody, ray: &Ray) -> bool {
+    let (_, near) = from_nearest(ray);
+    let ray = &near;
     let Some(chord) = body.chord(ray) else { return false };
     let mut known = match start(body, ray, &chord) {
         Start::Inside => return from_inside(body, ray, &chord).is_some(),

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::area_map::AreaMap;
+use super::certified::Crossing;
 use super::patches::{Answer, Patches};
 use super::radial::{Gap, RadialBody};
 use super::step_bisection::StepBisection;
@@ -98,11 +99,11 @@ impl ShSurface {
         }
     }
 
-    fn describe(&self, ray: &Ray, distance: f64, gap: &Gap) -> Hit {
+    fn describe(&self, distance: f64, point: DVec3, gap: &Gap) -> Hit {
         let normal = gap.normal.normalize();
         Hit {
             distance,
-            point: ray.at(distance),
+            point,
             normal,
             shading_normal: normal,
             error: gap.value.abs() + self.body.tolerance() + self.traced_error(),
@@ -111,8 +112,8 @@ impl ShSurface {
     }
 
     fn certified_hit(&self, ray: &Ray) -> Option<Hit> {
-        let (t, gap) = certified::first_crossing(&self.body, ray)?;
-        Some(self.describe(ray, t, &gap))
+        let Crossing { distance, point, gap } = certified::first_crossing(&self.body, ray)?;
+        Some(self.describe(distance, point, &gap))
     }
 }
 
@@ -126,7 +127,7 @@ impl Surface for ShSurface {
             Tracer::Certified => self.certified_hit(ray),
             Tracer::StepBisection(march) => {
                 let (t, gap) = march.first_crossing(&self.body, ray)?;
-                Some(self.describe(ray, t, &gap))
+                Some(self.describe(t, ray.at(t), &gap))
             }
         }
     }
@@ -354,6 +355,30 @@ mod tests {
             / f64::from(n * n);
         // E[1/density] is the area; the midpoint rule on 64 x 64 is good to 1e-3 of it here.
         assert!((mean / s.area() - 1.0).abs() <= 1e-3);
+    }
+
+    #[test]
+    fn rays_from_afar_hit_where_they_hit_from_nearby() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(9);
+        let s = ShSurface::new(&bumpy(12, 0.8), Intersector::Certified).expect("valid");
+        let mut hits = 0;
+        for i in 0..20_000 {
+            let along = sampling::uniform_sphere(rng.random());
+            let aside = rng.random::<f64>() * sampling::uniform_sphere(rng.random());
+            let far = Ray::new(aside - 10_f64.powi(6 + i % 6) * along, along);
+            let nearest = far.at(-far.origin.dot(along));
+            let (Some(near), far) = (s.hit(&Ray::new(nearest - 3.0 * along, along)), s.hit(&far))
+            else {
+                continue;
+            };
+            // Where it grazes, a rounding may decide.
+            if near.normal.dot(along).abs() > 1e-2 {
+                let far = far.expect("hits as well");
+                assert!(far.point.distance(near.point) <= 1e-9, "{far:?} {near:?}");
+                hits += 1;
+            }
+        }
+        assert!(hits > 10_000, "{hits}");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use super::borders::on_border;
 use crate::math::sampling::uniform_sphere;
 use crate::math::{Frame, Randomness, Ray, Stream};
 use crate::surface::{Hit, ShSurface, Surface};
@@ -31,6 +32,8 @@ pub(super) enum RayKind {
     Far,
     /// With `t_min` and `t_max` anywhere, or next to the hit.
     Cut,
+    /// On a border of cube faces or of cells, or a few roundings off.
+    Border,
     /// Tangent to the surface, off by 1e-3 to 1e-9 of the largest radius.
     Grazing,
 }
@@ -38,7 +41,8 @@ pub(super) enum RayKind {
 impl RayKind {
     fn of(index: u64) -> Self {
         match index % 100 {
-            0..55 => Self::Chord,
+            0..49 => Self::Chord,
+            49..55 => Self::Border,
             55..63 => Self::Outside,
             63..71 => Self::Inside,
             71..74 => Self::Centre,
@@ -63,6 +67,7 @@ impl RayKind {
             Self::Radial => "radial",
             Self::Far => "far",
             Self::Cut => "cut",
+            Self::Border => "border",
             Self::Grazing => "grazing",
         }
     }
@@ -102,6 +107,7 @@ impl Rays<'_> {
             RayKind::Radial => self.radial(&mut draw),
             RayKind::Far => self.far(&mut draw),
             RayKind::Cut => self.cut(&mut draw),
+            RayKind::Border => on_border(&mut draw, self.radius()),
             RayKind::Grazing => self.grazing(&mut draw),
             RayKind::Chord | RayKind::Left => self.chord(&mut draw),
         };
@@ -194,18 +200,23 @@ fn towards(from: DVec3, to: DVec3) -> Ray {
 }
 
 /// Random numbers and directions.
-struct Draw(Stream);
+pub(super) struct Draw(pub(super) Stream);
 
 impl Draw {
-    fn unit(&mut self) -> f64 {
+    pub(super) fn unit(&mut self) -> f64 {
         self.0.next_4d()[0]
     }
 
-    fn coin(&mut self) -> bool {
+    /// Draws a whole number below `count`.
+    pub(super) fn below(&mut self, count: usize) -> usize {
+        (self.unit() * count as f64) as usize
+    }
+
+    pub(super) fn coin(&mut self) -> bool {
         self.unit() < 0.5
     }
 
-    fn direction(&mut self) -> DVec3 {
+    pub(super) fn direction(&mut self) -> DVec3 {
         uniform_sphere(self.0.next_2d())
     }
 

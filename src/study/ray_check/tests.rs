@@ -27,7 +27,8 @@ fn body(index: usize) -> ShSurface {
     ShSurface::new(&shapes[index].coefficients, Intersector::Certified).expect("positive")
 }
 
-/// The random body of degree 16 and the spike.
+/// A sphere, the random body of degree 16 and the spike.
+const SPHERE: usize = 0;
 const RANDOM: usize = 3;
 const SPIKE: usize = 5;
 
@@ -115,6 +116,14 @@ fn misses_of_single_rays_are_found() {
         hit.filter(|_| !ray.direction.x.to_bits().is_multiple_of(16))
     });
     assert!(check.misses > 10 && broke(&check, RayRule::PassesNothing));
+}
+
+#[test]
+fn rays_lost_on_borders_of_faces_are_found() {
+    let is_border = |d: DVec3| d.x == d.y && d.x != 0.0;
+    let lost = check(SPHERE, |_, ray, hit| hit.filter(|_| !is_border(ray.direction)));
+    assert!(broke(&lost, RayRule::PassesNothing), "{:?}", lost.faults);
+    assert!(lost.faults.iter().all(|fault| fault.kind == "border"), "{:?}", lost.faults);
 }
 
 #[test]

@@ -10,8 +10,11 @@ use super::board::Cell;
 use super::lanes::Real;
 use super::patch::Tangent;
 
-/// The smallest slope that is told from none, so that no reciprocal is infinite.
-const SMALLEST_SLOPE: f64 = 1e-12;
+/// The smallest slope that is told from none, so that no reciprocal is infinite in f32 either.
+const SMALLEST_SLOPE: f64 = 1e-30;
+
+/// The tau of an exit that never comes: no line is longer.
+const NEVER: f64 = 2.0 / SMALLEST_SLOPE;
 
 /// A ray from the point where it enters a face to where it leaves it or ends, or eight of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,7 +98,11 @@ impl<R: Real> Line<R> {
         let (du, dv) = ((d1 - u * d0) * inverse, (d2 - v * d0) * inverse);
         let bend = d0 * inverse;
         let (per_u, per_v) = (reciprocal(du), reciprocal(dv));
-        let first = leaves(u, per_u).least(leaves(v, per_v)).most(zero);
+        let sign = one.signed_as(inverse);
+        let outward = sign * d0;
+        let leave_u = leaves(u, per_u, sign * d1, outward);
+        let leave_v = leaves(v, per_v, sign * d2, outward);
+        let first = leave_u.least(leave_v).most(zero);
         let denominator = one + bend * length;
         let stop = R::choose(zero.less(denominator), length / denominator, p0.all(f64::INFINITY));
         Self { u, v, w, du, dv, dw: -w * bend, per_u, per_v, end: first.least(stop), bend }
@@ -107,10 +114,16 @@ fn reciprocal<R: Real>(slope: R) -> R {
     slope.all(1.0) / slope.abs().most(slope.all(SMALLEST_SLOPE)).signed_as(slope)
 }
 
-/// Gives the tau at which a line meets the border of its face along u or v: always finite, and before w = 0 or p0 = 0.
+/// Returns the tau at which a line leaves its face along u or v: always finite, and before w = 0 or
+/// p0 = 0. `along` and `outward` are the direction along that coordinate and p0, signed as p0.
+///
+/// A border is the plane p1 = +-p0 through the centre. Whether a direction crosses it, and to which
+/// side, is one comparison of two of its components, exact and the same on both faces. So no line
+/// crosses back and none goes around a corner, and a line in the plane stays on the face it is on.
 #[inline(always)]
-fn leaves<R: Real>(at: R, per: R) -> R {
-    (at.all(1.0).signed_as(per) - at) * per
+fn leaves<R: Real>(at: R, per: R, along: R, outward: R) -> R {
+    let border = at.all(1.0).signed_as(per);
+    R::choose(outward.less(border * along), (border - at) * per, at.all(NEVER))
 }
 
 impl<S: Simd> Line<f64x8<S>> {
@@ -133,10 +146,14 @@ impl<S: Simd> Line<f64x8<S>> {
 }
 
 impl Line {
-    /// Gives the face on the other side of the border; `None` where the ray ends on this one.
+    /// Returns the face on the other side of the border, for the direction the line was made of;
+    /// `None` where the ray ends on this one.
     #[inline(always)]
-    pub(super) fn next_face(&self, face: usize) -> Option<usize> {
-        let (leave_u, leave_v) = (leaves(self.u, self.per_u), leaves(self.v, self.per_v));
+    pub(super) fn next_face(&self, face: usize, direction: DVec3) -> Option<usize> {
+        let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let [outward, along_u, along_v] = turned(sign * direction, face / 2);
+        let leave_u = leaves(self.u, self.per_u, along_u, outward);
+        let leave_v = leaves(self.v, self.per_v, along_v, outward);
         if self.end < leave_u.least(leave_v).most(0.0) {
             return None;
         }
@@ -205,4 +222,53 @@ pub(super) fn turned(p: DVec3, axis: usize) -> [f64; 3] {
 fn ends(cell: &Cell, at: f64, per: f64) -> [f64; 2] {
     let (middle, half) = ((cell.middle - at) * per, cell.half * per.abs());
     [middle - half, middle + half]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the faces a line meets, after checking that it is on each while it counts there and that
+    /// nothing of it is left over.
+    fn faces(from: DVec3, direction: DVec3, length: f64) -> Vec<usize> {
+        let (face, p, d) = facing(from.to_array(), direction.to_array());
+        let mut faces = vec![face as usize];
+        let (mut at, mut left, mut line) = (from, length, Line::new(p, d, length));
+        loop {
+            for tau in [0.0, line.end] {
+                let [u, v] = [(line.u, line.du), (line.v, line.dv)].map(|(c, d)| c + tau * d);
+                assert!(u.abs() <= 1.0 + 1e-12 && v.abs() <= 1.0 + 1e-12, "{from} {direction}");
+            }
+            let step = line.distance(line.end);
+            let Some(face) = line.next_face(faces[faces.len() - 1], direction) else {
+                assert!((left - step).abs() <= 1e-12, "{from} {direction}: {faces:?}");
+                return faces;
+            };
+            faces.push(face);
+            assert!(faces.len() <= 7, "{from} {direction}: {faces:?}");
+            (at, left) = (at + step * direction, left - step);
+            line = Line::new(turned(at, face / 2), turned(direction, face / 2), left);
+        }
+    }
+
+    #[test]
+    fn lines_in_and_next_to_borders_stay_on_faces_to_their_end() {
+        let numbers = [-1.0, -0.5, -0.0, 0.0, 0.5, 1.0, 1.0_f64.next_down(), 0.5_f64.next_up()];
+        let point = |i: usize| DVec3::new(numbers[i % 8], numbers[i / 8 % 8], numbers[i / 64]);
+        let mut several = 0;
+        for i in 0..512 * 512 {
+            let (from, along) = (point(i / 512), point(i % 512));
+            let Some(direction) = along.try_normalize() else { continue };
+            // Up to a ball of a tenth about the centre, in which nothing is looked for.
+            let nearest = -from.dot(direction);
+            let offset2 = (from + nearest * direction).length_squared();
+            let half = (0.01 - offset2).max(0.0).sqrt();
+            if from.length() < 0.1 {
+                continue;
+            }
+            let length = if half > 0.0 && nearest > 0.0 { nearest - half } else { 4.0 };
+            several += usize::from(faces(from, direction, length).len() > 1);
+        }
+        assert!(several > 50_000, "{several}");
+    }
 }

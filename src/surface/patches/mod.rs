@@ -149,7 +149,8 @@ impl Patches {
         dispatch!(self.level, simd => {
             let mut hit = None;
             for stretch in stretches {
-                if hit.is_none() {
+                // One without length starts at the centre perhaps, which is on no face.
+                if hit.is_none() && stretch.length > 0.0 {
                     hit = self.first_on(simd, ray, Side::Inside, stretch);
                 }
             }
@@ -204,16 +205,70 @@ mod tests {
     use crate::math::sampling::uniform_sphere;
     use crate::sh::Coefficients;
 
-    #[test]
-    fn instruction_sets_agree_within_the_bound() {
-        let mut c = Coefficients::zeros(12);
+    fn bumpy(lmax: usize) -> Coefficients {
+        let mut c = Coefficients::zeros(lmax);
         c.set(0, 0, 1.0, 0.0);
-        for l in 1..=12 {
+        for l in 1..=lmax {
             for m in 0..=l {
                 let k = 0.3 / (l * l) as f64;
                 c.set(l, m, k * ((3 * l + m) as f64).sin(), k * ((l + 2 * m) as f64).cos());
             }
         }
+        c
+    }
+
+    /// Makes rays in a plane p[j] = c p[i] that cannot pass by a ball about the centre: towards it, away
+    /// from points in it and from the centre.
+    fn rays_in_plane(i: usize, j: usize, c: f64, ball: f64, count: usize) -> Vec<Ray> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+        let mut point = |radius: f64| {
+            let mut p = uniform_sphere(rng.random());
+            p[j] = c * p[i];
+            radius / p.length() * p
+        };
+        (0..count)
+            .filter_map(|k| {
+                let (from, to) = match k % 3 {
+                    0 => (point(3.0), point(ball)),
+                    1 => (point(ball), point(3.0)),
+                    _ => (DVec3::ZERO, point(1.0)),
+                };
+                Ray::between(from, to).map(|ray| ray.up_to(f64::INFINITY))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn rays_on_borders_of_faces_and_cells_hit_in_every_way() {
+        for lmax in [0, 6, 12] {
+            let shape = bumpy(lmax);
+            let bounds = Bounds::of(&shape).expect("small");
+            let series = Series::new(&shape).expect("small");
+            let patches = Patches::new(&series, &bounds).expect("positive");
+            let cells =
+                (1..8).map(|k| (std::f64::consts::FRAC_PI_4 * (k as f64 / 4.0 - 1.0)).tan());
+            for c in [1.0, -1.0, -0.0].into_iter().chain(cells) {
+                for (i, j) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)] {
+                    let rays = rays_in_plane(i, j, c, 0.99 * bounds.min, 90);
+                    let mut hits = vec![None; rays.len()];
+                    let mut blocked = vec![false; rays.len()];
+                    assert_eq!(patches.hits(&rays, &mut hits), [0; 0]);
+                    assert_eq!(patches.mark_blocked(&rays, &mut blocked), [0; 0]);
+                    for (k, ray) in rays.iter().enumerate() {
+                        let single = patches.hit(ray);
+                        assert!(matches!(single, Answer::Known(Some(_))), "{lmax}: {ray:?}");
+                        assert_eq!(single, Answer::Known(hits[k]));
+                        assert_eq!(patches.blocked(ray), Answer::Known(true));
+                        assert!(blocked[k], "{lmax}: {ray:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn instruction_sets_agree_within_the_bound() {
+        let c = bumpy(12);
         let (series, bounds) = (Series::new(&c).expect("small"), Bounds::of(&c).expect("small"));
         let widest = Patches::new(&series, &bounds).expect("positive");
         let narrow = Patches { level: Level::baseline(), ..widest.clone() };
