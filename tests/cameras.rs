@@ -210,7 +210,7 @@ fn pictures_of_every_camera_have_layers_metadata_and_false_colours() {
         assert_eq!(exr.attribute("objects"), Some(&r#"{"crate":1,"room":2}"#.into()));
         assert!(matches!(exr.attribute("worldToCamera"), Some(Attribute::Matrix(_))));
         let channel = |name: &str| exr.channel(name).expect("a channel");
-        let [id, depth, luminance] = ["id.Y", "depth.Z", "Y"].map(channel);
+        let [id, depth, luminance] = ["id.Y", "depth.Z", "luminance.Y"].map(channel);
         assert!(id.contains(&1.0) && id.contains(&2.0), "{name}");
         for ((id, depth), luminance) in id.iter().zip(depth).zip(luminance) {
             // Outside the circle of a fisheye there is nothing; on its rim the few samples of a pixel may all miss.
@@ -238,7 +238,7 @@ fn crops_and_chosen_layers_reach_the_files() {
     let read = |name: &str| Exr::read(&at.join(name)).expect("an EXR");
     let (whole, part) = (read("whole.exr"), read("part.exr"));
     assert_eq!((part.width(), part.height()), (10, 7));
-    assert!(part.channel_names().eq(["B", "G", "R", "Y", "depth.Z", "stderr.Y"]));
+    assert!(part.channel_names().eq(["B", "G", "R", "depth.Z", "luminance.Y", "stderr.Y"]));
     for name in part.channel_names() {
         let [all, some] = [&whole, &part].map(|exr| exr.channel(name).expect("a channel"));
         let cut = all.chunks(16).skip(2).take(7).flat_map(|row| &row[4..14]);
@@ -301,6 +301,10 @@ fn pictures_of_nothing_and_impossible_crops_are_refused() {
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
         assert!(words.iter().all(|word| said.contains(word)), "{arguments:?}: {said}");
     }
+    // A body far below a pixel, which no ray that looks meets, is something all the same.
+    let crumb = ["-D", "objects.crate.box.min=[2.1, 4, 1]"];
+    let crumb = [&crumb[..], &["-D", "objects.crate.box.max=[2.1001, 4.0001, 1.0001]"]].concat();
+    done(at, &[&["render", "open.toml", "-o", "crumb.png"], &crumb[..]].concat());
     // An empty part of a picture that shows something is no mistake.
     done(at, &["render", "open.toml", "--crop", "0,0,3,3", "-o", "sky.png"]);
 }

@@ -135,9 +135,9 @@ fn exr_holds_colour_luminance_and_its_standard_error() {
     let report = desk.json(["render", "room.toml", "-o", "a.exr", "--layers", "none"]);
     let image = Exr::read(&desk.path("a.exr")).expect("readable");
     assert_eq!((image.width(), image.height()), (16, 12));
-    assert!(image.channel_names().eq(["B", "G", "R", "Y", "stderr.Y"]));
+    assert!(image.channel_names().eq(["B", "G", "R", "luminance.Y", "stderr.Y"]));
     let channel = |name| image.channel(name).expect("there");
-    let mean = channel("Y").iter().map(|y| f64::from(*y)).sum::<f64>() / (16.0 * 12.0);
+    let mean = channel("luminance.Y").iter().map(|y| f64::from(*y)).sum::<f64>() / (16.0 * 12.0);
     let said = report["mean_luminance"].as_f64().expect("a number");
     // f32 keeps seven digits.
     assert!((mean - said).abs() <= 1e-6 * said, "{mean} {said}");
@@ -711,7 +711,7 @@ mod interrupts {
         assert_eq!(code, Some(130), "{said}");
         assert_says(&said, &["warning: interrupted: the files hold the picture so far"]);
         let image = Exr::read(&desk.path("room.exr")).expect("readable");
-        assert!(image.channel("Y").is_some_and(|y| y.iter().any(|v| *v > 0.0)));
+        assert!(image.channel("luminance.Y").is_some_and(|y| y.iter().any(|v| *v > 0.0)));
         assert!(desk.bytes("room.png").ends_with(b"IEND\xaeB`\x82"), "the PNG is cut short");
     }
 

@@ -172,6 +172,50 @@ fn wrong_input_is_refused_and_nothing_is_written() {
     desk.refused("info two.csv", &["the table has 2 rows"]);
 }
 
+/// A scene, `random` and `diff` cannot be told how a file is meant, or not all of it: their advice
+/// names the verb that can.
+#[test]
+fn verbs_without_the_flags_advise_to_convert_and_that_helps() {
+    let desk = desk();
+    desk.put("bare.txt", b"0 0 1 0\n1 0 0.1 0\n1 1 0.1 0.1\n");
+    desk.put("two.csv", b"shcoeffs_L0M0C\n1\n2\n");
+    let scene = |file: &str| {
+        desk.put(
+            "room.toml",
+            format!("{ROOM}file = \"{file}\"\ndegree = 1\nmaterial = \"grey\"\n"),
+        );
+    };
+    let advice = "to `harmolux convert bare.txt NEW.txt`, and name NEW.txt instead";
+    let random = |file: &str| format!("random --spectrum {file} --radius 1 -o out.txt");
+    desk.refused(random("bare.txt"), &["`--normalisation 4pi|ortho", advice]);
+    scene("bare.txt");
+    desk.refused("illum room.toml", &["`--normalisation 4pi|ortho", "bare.txt NEW.txt`"]);
+    let rows = "`--row`, counted from 1, to `harmolux convert two.csv NEW.txt`";
+    desk.refused("diff two.csv rock.txt", &[rows]);
+    // What the verb at hand can be told stays its own advice.
+    let own = desk.ends(3, "diff bare.txt rock.txt").err;
+    assert!(own.contains("`--normalisation 4pi|ortho") && !own.contains("NEW.txt"), "{own}");
+    desk.done("convert bare.txt NEW.txt --normalisation 4pi");
+    desk.done(random("NEW.txt"));
+    scene("NEW.txt");
+    desk.done("illum room.toml");
+}
+
+/// A lamp over a shape whose file is still to be named.
+const ROOM: &str = r#"format = 1
+[materials.grey.lambert]
+reflectance = 0.5
+[lights.lamp.point]
+at = [0, 0, 3]
+intensity = 100
+[sensors.spot.points]
+at = [[2, 0, 0]]
+normal = [0, 0, 1]
+[illum]
+stop = { walks = 64 }
+[objects.rock.sh]
+"#;
+
 #[test]
 fn wrong_command_line_is_exit_code_2() {
     let desk = desk();

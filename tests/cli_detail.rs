@@ -72,6 +72,43 @@ fn far_objects_are_drawn_at_a_lower_degree_that_is_certified() {
 }
 
 #[test]
+fn two_hundred_heads_are_judged_each_by_itself() {
+    let desk = desk();
+    let start = ROOM.find("[objects.near.sh]").expect("there");
+    let end = ROOM.find("[lights").expect("there");
+    let heads: String = (0..200)
+        .map(|i| {
+            let at = [0.5 + 0.3 * f64::from(i % 10), 2.0 + 1.9 * f64::from(i / 10), 1.5];
+            let [head, file] = [format!("[objects.head{i}.sh]"), "file = \"head.txt\"".to_owned()];
+            format!("{head}\n{file}\ndegree = 12\nat = {at:?}\nmaterial = \"walls\"\n")
+        })
+        .collect();
+    desk.put("room.toml", format!("{}{heads}{}", &ROOM[..start], &ROOM[end..]));
+    let details = |define: &str| {
+        let words = ["-D", define, "--size", "240x160", "-o", "a.png", "--json"];
+        let said = render(&desk, &words);
+        let report: Value = serde_json::from_str(&said.out).expect("JSON");
+        (report["details"].as_array().expect("a list").clone(), said.err)
+    };
+    let (found, _) = details("render.detail={}");
+    let mut degrees: Vec<(f64, u64)> = found
+        .iter()
+        .map(|d| (d["distance"].as_f64().unwrap_or(0.0), d["degree"].as_u64().unwrap_or(99)))
+        .collect();
+    degrees.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // The farther, the lower, and each as low as its own distance allows.
+    assert_eq!(degrees.len(), 200);
+    assert!(degrees.is_sorted_by(|a, b| a.1 >= b.1), "{degrees:?}");
+    assert!(degrees[0].1 > 8 && degrees[199].1 < 6, "{degrees:?}");
+    assert!(found.iter().all(|d| d["pixels"].as_f64().is_some_and(|p| p <= 0.25)));
+    // A limit for every normal keeps the heads whole, and that is said.
+    let (strict, said) = details("render.detail={ normal = 2 }");
+    assert!(strict.iter().all(|d| d["degree"] == 12), "{said}");
+    let words = ["200 objects at full degree 12", "for the sake of `normal`: without it degree "];
+    assert!(words.iter().all(|word| said.contains(word)), "{said}");
+}
+
+#[test]
 fn degrees_are_said_and_nothing_is_simplified_unasked() {
     let desk = desk();
     let plain = render(&desk, &["-o", "a.exr"]).err;

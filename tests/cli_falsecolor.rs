@@ -196,7 +196,7 @@ fn what_cannot_be_shown_is_refused_with_the_way_on() {
         ("none.exr -o a.png", "none.exr: cannot read"),
         (". -o a.png", "this is a folder"),
         ("view.exr -o a.jpg", "name a file .png or .svg"),
-        ("view.exr -o a.png --channel Z", "no channel `Z`, only B, G, R, Y, stderr.Y"),
+        ("view.exr -o a.png --channel Z", "no channel `Z`, only B, G, R, luminance.Y, stderr.Y"),
         ("view.exr -o a.png --group floor", "a picture has no group `floor`"),
         ("lux.csv -o a.png --group floor --channel lux", "no column `lux`"),
         ("view.exr -o no/a.png", "no/a.png"),

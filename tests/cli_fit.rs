@@ -2,6 +2,7 @@
 
 mod common;
 
+use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -9,7 +10,7 @@ use std::path::Path;
 use harmolux::io::coefficients;
 use serde_json::Value;
 
-use common::desk::{Desk, number};
+use common::desk::{Desk, assert_says, number};
 use common::solids::{cube, prism};
 
 fn desk() -> Desk {
@@ -87,6 +88,88 @@ fn envelopes_of_a_folded_mesh_are_fitted_in_their_order() {
         text.contains("% of the directions meet the mesh more than once: the outermost radius"),
         "{text}"
     );
+}
+
+/// A body of revolution about z with a brim that overhangs its stem: profile points (distance from
+/// the axis, height).
+fn brimmed() -> String {
+    const AROUND: usize = 24;
+    let rings = [
+        [0.6, -1.0],
+        [0.6, -0.5],
+        [0.3, -0.45],
+        [0.3, 0.4],
+        [0.55, 0.3],
+        [0.8, 0.0],
+        [0.9, 0.1],
+        [0.8, 0.6],
+        [0.4, 0.9],
+    ];
+    let mut text = String::from("v 0 0 -1\nv 0 0 1\n");
+    let at = |ring: usize, k: usize| 3 + ring * AROUND + k % AROUND;
+    for k in 0..rings.len() * AROUND {
+        let ([r, z], angle) = (rings[k / AROUND], TAU * (k % AROUND) as f64 / AROUND as f64);
+        writeln!(text, "v {} {} {z}", r * angle.cos(), r * angle.sin()).expect("text");
+    }
+    let last = rings.len() - 1;
+    for k in 0..AROUND {
+        writeln!(text, "f 1 {} {}", at(0, k + 1), at(0, k)).expect("text");
+        writeln!(text, "f 2 {} {}", at(last, k), at(last, k + 1)).expect("text");
+        for ring in 0..last {
+            let [a, b] = [at(ring, k), at(ring, k + 1)];
+            writeln!(text, "f {a} {b} {} {}", at(ring + 1, k + 1), at(ring + 1, k)).expect("text");
+        }
+    }
+    text
+}
+
+#[test]
+fn an_envelope_that_rings_says_so_and_the_advice_helps() {
+    let desk = desk();
+    desk.put("brim.obj", brimmed());
+    let command = "brim.obj -l 16 -o a.txt --not-star outermost --not-star-limit 60";
+    let said = desk.done(command).err;
+    let words = ["warning: the series rings", " above that of the envelope", "`--filter lanczos`"];
+    assert_says(&said, &words);
+    let help = desk.done("--help").out;
+    assert_says(&help, &["--filter <FILTER>", "lanczos", "-l, --degree"]);
+    let excess = |fit: &Value| number(fit, "area") / number(fit, "mesh_area") - 1.0;
+    let plain = desk.json(command);
+    let filtered = desk.json(format!("{command} --filter lanczos"));
+    let lower = desk.json(command.replace("-l 16", "-l 8") + " --filter lanczos");
+    assert!(excess(&plain) > 0.25 && plain["rings"] == true, "{plain}");
+    assert!(excess(&filtered) <= 0.7 * excess(&plain), "{filtered}");
+    let turned = [&plain, &filtered].map(|fit| number(fit, "normal_mean_degrees"));
+    assert!(turned[1] <= 0.8 * turned[0], "{turned:?}");
+    assert!(excess(&lower) <= 0.1 && lower["rings"] == false, "{lower}");
+    // What follows the advice is told what else there is; a fit that does not ring is told nothing.
+    let said = desk.done(format!("{command} --filter lanczos")).err;
+    assert_says(&said, &["even with `--filter lanczos`: lower the degree, `-l`"]);
+    desk.put("cube.obj", cube(1.0));
+    assert!(!desk.done("cube.obj -l 16 -o b.txt").err.contains("rings"));
+    let many = desk.done("brim.obj cube.obj -l 16 -o out --not-star first --not-star-limit 60").err;
+    assert_says(&many, &["warning: brim.obj: the series rings"]);
+    assert!(!many.contains("cube.obj: the series rings"), "{many}");
+}
+
+#[test]
+fn vertices_without_faces_count_nowhere() {
+    let desk = Desk::new();
+    desk.put("cube.obj", cube(1.0));
+    desk.put("more.obj", cube(1.0) + "v 50 60 70\nv 80 90 100\n");
+    let [plain, more] = ["cube", "more"].map(|name| {
+        desk.done(format!("sweep {name}.obj -l 2 -o {name}"));
+        let fit = desk.json(format!("fit {name}.obj -l 4 -o a.txt"));
+        let info = desk.json(format!("info {name}.obj"));
+        let table = desk.text(&format!("{name}/sweep.csv"));
+        let mesh = table.lines().last().and_then(|line| line.split(',').nth(3).map(str::to_owned));
+        assert_eq!(mesh.as_deref(), Some("240"), "{table}");
+        assert_eq!(info["bytes"], fit["mesh_bytes"]);
+        fit
+    });
+    // Eight vertices and twelve faces of twelve bytes.
+    assert_eq!((&plain["mesh_bytes"], &more["mesh_bytes"]), (&240.into(), &240.into()));
+    assert_eq!((&plain["max"], &plain["rms"]), (&more["max"], &more["rms"]));
 }
 
 #[test]

@@ -59,6 +59,24 @@ fn wait(child: &mut Child, ready: impl Fn() -> bool) -> bool {
 }
 
 #[test]
+fn picture_without_light_has_no_exposure_and_no_error() {
+    let desk = desk();
+    let dark = ["-D", "materials.grey.lambert.reflectance=0", "-D", SHORT, "-o", "a.png"];
+    let said = desk.done(dark);
+    assert_says(&said.err, &["no exposure: the PNG is black", "no light came to any pixel"]);
+    assert!(!said.all().1.to_lowercase().contains("nan"), "a dark picture has numbers");
+    let report = desk.json(dark);
+    for name in ["median_relative_error", "relative_error_of_95_percent"] {
+        assert!(report[name].is_null(), "{name}: {report}");
+    }
+    let given = desk.done([&dark[..], &["--exposure", "2"]].concat()).err;
+    assert_says(&given, &["exposure 2.000 (PNG value per cd/m2)"]);
+    // Light that is fainter than one over the largest number.
+    let faint = ["-D", "lights.lamp.point.intensity=1e-318", "-D", SHORT, "-o", "a.png"];
+    assert_says(&desk.done(faint).err, &["exposure 1.798e308 (PNG value per cd/m2)"]);
+}
+
+#[test]
 fn killed_runs_go_on_to_the_same_picture() {
     let desk = desk();
     desk.run(["-o", "whole.exr"]);

@@ -10,7 +10,7 @@ use harmolux::io::images::{Attribute, Exr};
 use harmolux::io::output::Output;
 use harmolux::io::plots::{ColourScale, FalseColour, Isolux, Palette, Scale, ScaleWish, Tally};
 use harmolux::io::sensor_table::{self, MeasuredGroup};
-use harmolux::math::{Lattice, Rgb};
+use harmolux::math::Lattice;
 use harmolux::{Error, Result};
 use serde_json::json;
 
@@ -22,8 +22,7 @@ use super::say;
 const COVER: f64 = 0.995;
 /// How an EXR image begins.
 const EXR: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
-/// The channel and the column that are shown unless another is named.
-const LUMINANCE: &str = "Y";
+/// The column that is shown unless another is named.
 const ILLUMINANCE: &str = "illuminance_lx";
 
 /// Show luminance or illuminance in false colour, with a legend
@@ -49,7 +48,8 @@ pub(crate) struct Falsecolor {
     /// The sensors to show [default: those that are a grid, if only one group is]
     #[arg(long, value_name = "NAME")]
     pub(crate) group: Option<String>,
-    /// The channel of the picture [default: Y] or the column of the table [default: illuminance_lx]
+    /// The channel of the picture [default: its luminance] or the column of the table [default:
+    /// illuminance_lx]
     #[arg(long, value_name = "NAME")]
     pub(crate) channel: Option<String>,
     #[command(flatten)]
@@ -331,22 +331,16 @@ impl ScaleArguments {
     }
 }
 
-/// Takes a channel of a picture; luminance from R, G and B where there is no Y.
+/// Takes a channel of a picture; its luminance unless one is named.
 fn channel(verb: &Falsecolor, exr: &Exr) -> Result<Vec<f64>> {
-    let name = verb.channel.as_deref().unwrap_or(LUMINANCE);
-    if let Some(samples) = exr.channel(name) {
-        return Ok(samples.iter().copied().map(f64::from).collect());
+    let named = |name: &str| Some(exr.find(name)?.iter().copied().map(f64::from).collect());
+    if let Some(values) = verb.channel.as_deref().map_or_else(|| exr.luminance(), named) {
+        return Ok(values);
     }
-    if let (None, [Some(r), Some(g), Some(b)]) =
-        (&verb.channel, ["R", "G", "B"].map(|c| exr.channel(c)))
-    {
-        let pixels = r.iter().zip(g).zip(b);
-        return Ok(pixels
-            .map(|((r, g), b)| Rgb([*r, *g, *b].map(f64::from)).luminance())
-            .collect());
-    }
+    let missing =
+        verb.channel.as_deref().map_or("luminance".to_owned(), |n| format!("channel `{n}`"));
     let names = exr.channel_names().collect::<Vec<_>>().join(", ");
-    let message = format!("the picture has no channel `{name}`, only {names}");
+    let message = format!("the picture has no {missing}, only {names}");
     Err(InputError::new(&verb.input, message).help("name one with --channel").into())
 }
 

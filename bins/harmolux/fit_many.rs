@@ -15,6 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::exit::Code;
 use super::fit::{Fit, Fitted, fit_file, write};
+use super::fit_report::ringing;
 use super::shape_file::{self, ShapeFile};
 use super::{interrupt, say};
 
@@ -55,6 +56,11 @@ fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     for row in &rows {
         table.push(cells(verb, row));
+        if let Ok(Fitted::Mesh(fit)) = &row.fitted
+            && let Some(warning) = ringing(verb, fit)
+        {
+            say::warning(&format!("{}: {warning}", row.name));
+        }
     }
     csv.write(&table.to_csv()?)?;
     if as_json {

@@ -3,15 +3,37 @@
 use std::time::Duration;
 
 use glam::DVec3;
-use harmolux::sh::Coefficients;
+use harmolux::sh::{Coefficients, Filter};
 use harmolux::study::{Fit as MeshFit, PointFit, mesh_bytes, series_bytes};
 use serde_json::{Value, json};
 
 use super::fit::{Fit, Fitted};
 use super::{progress, say};
 
+/// Says that a series rings, and what helps; nothing where it does not.
+pub(crate) fn ringing(verb: &Fit, fit: &MeshFit) -> Option<String> {
+    let target = if fit.folds.is_some() { "the envelope" } else { "the mesh" };
+    let advice = match verb.filter {
+        Some(Filter::Lanczos) => "even with `--filter lanczos`: lower the degree, `-l`",
+        _ => "add `--filter lanczos`, or lower the degree, `-l`",
+    };
+    fit.rings().then(|| {
+        format!(
+            "the series rings about jumps of the radius: its area is {} above that of {target}, its \
+             normals are off by {} degrees in the mean; {advice}",
+            say::percent(fit.excess_area()),
+            say::significant(fit.error.normal_mean.to_degrees(), 3)
+        )
+    })
+}
+
 /// Prints the report.
 pub(crate) fn print(verb: &Fit, fitted: &Fitted, elapsed: Duration, as_json: bool) {
+    if let Fitted::Mesh(fit) = fitted
+        && let Some(warning) = ringing(verb, fit)
+    {
+        say::warning(&warning);
+    }
     if as_json {
         let mut report = match fitted {
             Fitted::Mesh(fit) => mesh_json(fit),
@@ -60,6 +82,7 @@ fn mesh_json(fit: &MeshFit) -> Value {
         "normal_95_degrees": error.normal_95.to_degrees(),
         "volume": error.volume[1],
         "mesh_volume": error.volume[0],
+        "rings": fit.rings(),
         "area": error.area[1],
         "mesh_area": error.area[0],
         "projection_seconds": fit.projection_time.as_secs_f64(),

@@ -7,7 +7,7 @@ use glam::DVec3;
 use harmolux::Result;
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, Shape};
 use harmolux::io::meshes;
-use harmolux::sh::{Convention, positions, range, volume};
+use harmolux::sh::{Convention, least, positions, range, volume};
 use harmolux::study::{mesh_bytes, series_bytes};
 use harmolux::surface::{MeshReport, star};
 use serde_json::{Value, json};
@@ -77,7 +77,7 @@ pub(crate) fn series_format(
 fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
     let shape = &file.shape;
     let c = &shape.coefficients;
-    let (least, most) = range(c)?;
+    let (lowest, (lower, most)) = (least(c)?, range(c)?);
     let volume = volume(c)?;
     let set = positions(c, shape.centre);
     let [x, y, z] = [range(&set[0])?, range(&set[1])?, range(&set[2])?];
@@ -101,14 +101,13 @@ fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
         ("mean radius", format!("{} m", say::significant(c.mean(), 7))),
         (
             "radius",
-            format!("certainly {} to {} m", say::significant(least, 5), say::significant(most, 5)),
+            format!("certainly {} to {} m", say::significant(lower, 5), say::significant(most, 5)),
         ),
         ("bounds", format!("certainly within {} to {}", point(low), point(high))),
         ("volume", format!("{} m3", say::significant(volume, 7))),
     ];
-    if !(least > 0.0 && most.is_finite()) {
-        let text = "the radius is not certainly positive everywhere: this is no closed surface";
-        lines.push(("deficiency", text.to_owned()));
+    if let Err(error) = lowest.require_positive(most) {
+        lines.push(("deficiency", format!("no closed surface: {error}")));
     }
     if let Some(name) = &source {
         lines.push(("source", name.clone()));
@@ -126,7 +125,7 @@ fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
         "bytes": series_bytes(c.lmax()),
         "centre": shape.centre.to_array(),
         "mean_radius": c.mean(),
-        "radius_bounds": [least, most],
+        "radius_bounds": [lower, most],
         "bounds": [low.to_array(), high.to_array()],
         "volume": volume,
         "source": source,
@@ -149,7 +148,7 @@ fn mesh(path: &Path) -> Result<(Lines, Value)> {
                 "{} vertices, {} faces, {} in f32",
                 size[0],
                 size[1],
-                say::bytes(mesh_bytes(size))
+                say::bytes(mesh_bytes(mesh.used_size()))
             ),
         ),
         ("bounds", format!("{} to {}", point(bounds.min), point(bounds.max))),
@@ -184,7 +183,7 @@ fn mesh(path: &Path) -> Result<(Lines, Value)> {
         "kind": "mesh",
         "vertices": size[0],
         "faces": size[1],
-        "bytes": mesh_bytes(size),
+        "bytes": mesh_bytes(mesh.used_size()),
         "bounds": [bounds.min.to_array(), bounds.max.to_array()],
         "area": mesh.area(),
         "volume": mesh.volume(),

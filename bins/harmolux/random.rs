@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use harmolux::io::coefficients::{self, ReadOptions, Shape};
+use harmolux::io::coefficients::{self, Shape};
 use harmolux::io::spectra;
 use harmolux::sh::{
-    Coefficients, GaussianSphere, RandomShape, Spectrum, gaussian, power_law, range,
+    Coefficients, GaussianSphere, RandomShape, Spectrum, gaussian, least, power_law, range,
 };
 use harmolux::{Error, Result};
 use serde_json::json;
@@ -145,7 +145,7 @@ fn read_spectrum(path: &Path) -> Result<Vec<f64>> {
         let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
         return spectra::parse(path, &bytes);
     }
-    let shape = coefficients::read(path, &ReadOptions::default())?;
+    let shape = coefficients::read_as_stated(path)?;
     Ok(Spectrum::of(&shape.coefficients).degrees().iter().map(|d| d.power).collect())
 }
 
@@ -191,9 +191,12 @@ fn positive(seed: u64, c: &Coefficients) -> Result<(f64, f64)> {
     if min > 0.0 {
         return Ok((min, max));
     }
+    let least = least(c)?.value;
+    let how = if least > 0.0 { "not certainly" } else { "not" };
     Err(Error::Geometry(format!(
-        "the radius of seed {seed} is not positive in every direction (lower bound {min:.3e} m): lower its deviation, raise the exponent, \
-         or, for a Gaussian random sphere, raise the degree"
+        "the radius of seed {seed} is {how} positive in every direction (the least found is \
+         {least:.3e} m): lower its deviation, raise the exponent, or, for a Gaussian random \
+         sphere, raise the degree"
     )))
 }
 

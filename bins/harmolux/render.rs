@@ -12,7 +12,7 @@ use harmolux::estimators::{
 use harmolux::io::output::Output;
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec, split_override};
 use harmolux::math::Randomness;
-use harmolux::scene::{Camera, Layer, Scene, Window};
+use harmolux::scene::{Camera, Film, Layer, Scene, Window};
 use harmolux::study::{
     FittedObject, Loaded, Preparation, camera, check_view, load, load_seen, mesh_bytes,
     series_bytes,
@@ -31,7 +31,8 @@ use super::{detail_report, interrupt, say};
 
 /// Render the luminance, cd/m2, that a camera sees
 ///
-/// Writes a PNG to look at and an EXR with the measured values: R, G, B, luminance Y, its standard error stderr.Y, and layers.
+/// Writes a PNG to look at and an EXR with the measured values: R, G, B, luminance.Y, its standard
+/// error stderr.Y, and layers.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux render room.toml                          room.png and room.exr, here
@@ -376,9 +377,7 @@ fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
     let replicates = film.replicates();
     lines.push(("walks", format!("{walks} per pixel{rested} in {replicates} replicates")));
     lines.push(("time", progress::duration(rendering.elapsed)));
-    let known = film.median_relative_error().is_some_and(f64::is_finite);
-    let most = film.relative_error_of(SHARE_WITHIN).filter(|_| known);
-    let most = most.map_or("unknown".to_owned(), say::percent);
+    let most = known_error(film).map_or("unknown".to_owned(), say::percent);
     lines.push((
         "relative error",
         format!("{error} (median standard error of a pixel), at most {most} in 95 % of the pixels"),
@@ -387,6 +386,12 @@ fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
         lines.push(("written", path.display().to_string()));
     }
     say::pairs(&lines);
+}
+
+/// Gives the relative error of 95 % of the pixels, if it is known.
+fn known_error(film: &Film) -> Option<f64> {
+    let is_known = film.median_relative_error().is_some_and(f64::is_finite);
+    film.relative_error_of(SHARE_WITHIN).filter(|_| is_known)
 }
 
 fn report_json(
@@ -425,7 +430,7 @@ fn report_json(
         "replicates": film.replicates(),
         "seconds": rendering.elapsed.as_secs_f64(),
         "median_relative_error": film.median_relative_error(),
-        "relative_error_of_95_percent": film.relative_error_of(SHARE_WITHIN),
+        "relative_error_of_95_percent": known_error(film),
         "share_within_target": target.map(|target| film.share_within(target)),
         "escaped": rendering.escaped,
         "caustic": rendering.caustic,

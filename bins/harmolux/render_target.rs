@@ -69,8 +69,14 @@ pub(crate) fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
 
 fn encode_png(rendering: &Rendering, spec: &RenderSpec) -> Result<Vec<u8>> {
     let [width, height] = rendering.film.size();
-    let image = png(width, height, &rendering.film.image(), spec.exposure)?;
-    say::note(&format!("exposure {} (PNG value per cd/m2)", say::significant(image.exposure, 4)));
+    let pixels = rendering.film.image();
+    let image = png(width, height, &pixels, spec.exposure)?;
+    let is_dark = !pixels.iter().any(|pixel| pixel.luminance() > 0.0);
+    say::note(&if is_dark && spec.exposure.is_none() {
+        "no exposure: the PNG is black, since no pixel has light".to_owned()
+    } else {
+        format!("exposure {} (PNG value per cd/m2)", say::significant(image.exposure, 4))
+    });
     Ok(image.bytes)
 }
 

@@ -11,6 +11,9 @@ use super::arguments::{MeshHabits, SeriesHabits};
 use super::fit::read_mesh;
 use super::info::series_format;
 
+/// The flags of [`SeriesHabits`].
+const SAID: [&str; 2] = ["--normalisation", "--csphase"];
+
 /// What a file holds.
 pub(crate) enum Read {
     Series(Shape),
@@ -25,7 +28,8 @@ impl Read {
         if series_format(path, &bytes, &options).is_none() {
             return read_mesh(path, mesh).map(Self::Mesh);
         }
-        coefficients::parse(path, &bytes, &options).map(Self::Series)
+        let shape = coefficients::parse(path, &bytes, &options);
+        shape.map(Self::Series).map_err(|e| coefficients::advise_conversion(e, &SAID))
     }
 
     /// Gives what is compared.

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
+use super::least::{self, Least, SMALLEST, TIGHT};
 use super::{Coefficients, Grid, Transform, rotation_derivatives, synthesis};
 use crate::Result;
 
@@ -45,29 +46,70 @@ impl Bounds {
         let inflate = inflation(degree, 2 * half);
         let slopes = synthesised::<3>(&first, half)?;
         let slope = largest(slopes.iter().map(|[x, y, z]| (x * x + y * y + z * z).sqrt()));
-        let [lx, ly, lz] = first.map(|g| rotation_derivatives(&g));
-        let second: Vec<Coefficients> = lx.into_iter().chain(ly).chain(lz).collect();
-        let curvature = largest(synthesised::<9>(&second, half)?.iter().map(|m| {
-            let full = Matrix3::from_row_slice(m);
-            SymmetricEigen::new(0.5 * (full + full.transpose())).eigenvalues.amax()
-        }));
-        Ok(Self { min, max, slope: inflate * slope, curvature: inflate * curvature })
+        Ok(Self { min, max, slope: inflate * slope, curvature: curvature_of(&first)? })
     }
 }
 
-/// Bounds f alone, below and above, on a finer grid and about its mid-range: |f - c| <= max |sample - c| / cos^2(pi lmax / n), n = 16 lmax.
+/// Bounds |d2 f / d alpha2| along any great circle, per square radian.
+pub(super) fn curvature(f: &Coefficients) -> Result<f64> {
+    curvature_of(&rotation_derivatives(f))
+}
+
+/// Bounds it by the first derivatives of f.
+fn curvature_of(first: &[Coefficients; 3]) -> Result<f64> {
+    let degree = first[0].lmax();
+    let half = 4 * degree.max(1);
+    let second: Vec<Coefficients> = first.iter().flat_map(rotation_derivatives).collect();
+    let curvature = largest(synthesised::<9>(&second, half)?.iter().map(|m| {
+        let full = Matrix3::from_row_slice(m);
+        SymmetricEigen::new(0.5 * (full + full.transpose())).eigenvalues.amax()
+    }));
+    Ok(inflation(degree, 2 * half) * curvature)
+}
+
+/// Bounds f alone, below and above. Where it may be positive everywhere, the lower bound is refined
+/// until that is decided: see [`least()`].
 ///
 /// # Errors
 /// As [`synthesis`]: a degree too high to evaluate.
 pub fn range(f: &Coefficients) -> Result<(f64, f64)> {
+    let (least, max) = ends(f)?;
+    Ok((least.bound, max))
+}
+
+/// Finds the least value of f, roughly, and bounds it from below. Where all values found are
+/// positive, the bound is at least half of the least of them, unless that is below a millionth of
+/// the largest or the bound takes more work than is reasonable.
+///
+/// # Errors
+/// As [`synthesis`]: a degree too high to evaluate.
+pub fn least(f: &Coefficients) -> Result<Least> {
+    Ok(ends(f)?.0)
+}
+
+/// Bounds f below and above, on a finer grid and about its mid-range: |f - c| <= max |sample - c| /
+/// cos^2(pi lmax / n), n = 16 lmax; below more closely, where that does not decide whether f is
+/// positive.
+fn ends(f: &Coefficients) -> Result<(Least, f64)> {
     let degree = f.lmax();
     let half = 8 * degree.max(1);
-    let samples = synthesis(f, &Grid::equispaced(half, 2 * half))?;
-    let low = samples.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = samples.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let grid = Grid::equispaced(half, 2 * half);
+    let samples = synthesis(f, &grid)?;
+    let (mut place, mut low, mut high) = (0, f64::INFINITY, f64::NEG_INFINITY);
+    for (i, &value) in samples.iter().enumerate() {
+        if value < low {
+            (place, low) = (i, value);
+        }
+        high = high.max(value);
+    }
     let centre = 0.5 * (low + high);
     let reach = 0.5 * (high - low) * inflation(degree, 2 * half) + rounding(f);
-    Ok((centre - reach, centre + reach))
+    let (bound, max) = (centre - reach, centre + reach);
+    if bound < TIGHT * low && low > SMALLEST * high && max.is_finite() {
+        let refined = least::refined(f, &grid, &samples, high)?;
+        return Ok((Least { bound: refined.bound.max(bound), ..refined }, max));
+    }
+    Ok((Least { bound, value: low, direction: grid.direction(place) }, max))
 }
 
 /// Gives 1/cos^2(pi lmax / n).

@@ -7,7 +7,8 @@
 //! * Normal. An outward normal is n = f e_r - grad_S f, of length f at least; that of the truncated series in the same direction is off by
 //!   -t e_r + grad_S t, that is by sqrt(e^2 + s^2) at most. The line of n' passes the tip of n at |n - n'| at most, so the angle between the
 //!   two has a sine of at most sqrt(e^2 + s^2) / min f. (On an image the truncated surface may also show another direction at a pixel; that
-//!   is the error of position.)
+//!   is the error of position.) This is the largest turn anywhere: without its last degree of 32 the head turns normals about its ears by 9
+//!   degrees, though half of its normals turn by less than 2. So it counts only where it is asked for.
 //!
 //! What is seen in other ways (shadows, light that is reflected) follows the truncated shape too and is not in the pixels.
 
@@ -32,8 +33,11 @@ pub struct Detail {
     pub error: f64,
     /// The largest distance, pixels, by which a point of the surface moves in the image.
     pub pixels: f64,
-    /// The largest angle, radians, by which a normal turns.
+    /// The largest angle, radians, by which a normal turns; pi where nothing bounds it.
     pub normal: f64,
+    /// The degree that the pixels alone would allow: lower than `degree` where it is the angle that
+    /// asks for more.
+    pub degree_by_pixels: usize,
 }
 
 /// The part of the smallest radius that truncation may take away: what is left is certainly star-shaped.
@@ -56,18 +60,22 @@ pub fn detail(
     let distance = (camera.distance(centre) - radius).max(0.0);
     let pixels = |error: f64| camera.movement(centre, radius, error);
     let normal = tolerance.normal.to_radians();
-    let accepts = |value: f64, slope: f64| {
-        value <= LARGEST_SHARE * min
-            && pixels(scale * value) <= tolerance.pixels
-            && turn(value, slope, min) <= normal
-    };
     let full_degree = series.lmax();
     let whole = TruncationError { degree: full_degree, value: 0.0, slope: 0.0 };
-    let exact = distance == 0.0 || tolerance.pixels == 0.0 || normal == 0.0;
-    let mut found = if exact { whole } else { sufficient_degree(series, accepts)? };
+    let exact = distance == 0.0 || tolerance.pixels == 0.0;
+    let within = |normal: f64| {
+        let accepts = |value: f64, slope: f64| {
+            value <= LARGEST_SHARE * min
+                && pixels(scale * value) <= tolerance.pixels
+                && turn(value, slope, min) <= normal
+        };
+        if exact || normal == 0.0 { Ok(whole) } else { sufficient_degree(series, accepts) }
+    };
+    let mut found = within(normal)?;
     if found.degree < full_degree && range(&series.truncated(found.degree))?.0 <= 0.0 {
         found = whole;
     }
+    let degree_by_pixels = if normal < PI { within(PI)?.degree } else { found.degree };
     let error = scale * found.value;
     Ok(Detail {
         degree: found.degree,
@@ -76,6 +84,7 @@ pub fn detail(
         error,
         pixels: pixels(error),
         normal: turn(found.value, found.slope, min),
+        degree_by_pixels,
     })
 }
 
@@ -137,7 +146,9 @@ mod tests {
     #[test]
     fn tolerance_of_normals_raises_the_degree() {
         let strict = seen(200.0, DetailSpec { normal: 2.0, ..TOLERANCE });
-        assert!(strict.degree > seen(200.0, TOLERANCE).degree, "{strict:?}");
+        let free = seen(200.0, TOLERANCE);
+        assert!(strict.degree > free.degree, "{strict:?}");
+        assert_eq!([strict, free].map(|d| d.degree_by_pixels), [free.degree; 2]);
         assert!(strict.normal <= 2.0_f64.to_radians() && strict.pixels <= 0.25);
     }
 

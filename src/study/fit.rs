@@ -79,7 +79,7 @@ pub struct Fit {
     pub folds: Option<Folds>,
     /// The time the projection took, checks and error measurement apart.
     pub projection_time: Duration,
-    /// Vertices and faces of the mesh.
+    /// The vertices that faces use, and the faces.
     pub mesh_size: [usize; 2],
 }
 
@@ -93,9 +93,26 @@ impl Fit {
     pub fn relative_max(&self) -> f64 {
         self.error.max / self.coefficients.mean()
     }
+
+    /// Returns by how much the area of the series exceeds that of the mesh, or of its envelope,
+    /// relative to that; negative where it is less.
+    pub fn excess_area(&self) -> f64 {
+        let [mesh, series] = self.error.area;
+        series / mesh - 1.0
+    }
+
+    /// Whether the series rings: its area exceeds that of the mesh, or of its envelope, by more
+    /// than a tenth. Truncation alone takes area away; what adds it are waves about jumps of the
+    /// radius, as at the borders of folds, and they turn normals too.
+    pub fn rings(&self) -> bool {
+        self.excess_area() > RINGING
+    }
 }
 
-/// Gives the bytes of an indexed triangle mesh in f32 and u32.
+/// The excess of area above which a series counts as ringing.
+const RINGING: f64 = 0.1;
+
+/// Gives the bytes of an indexed triangle mesh in f32 and u32; see [`Mesh::used_size`].
 pub const fn mesh_bytes([vertices, faces]: [usize; 2]) -> usize {
     12 * vertices + 12 * faces
 }
@@ -145,7 +162,7 @@ pub fn fit(mesh: &Mesh, settings: &FitSettings) -> Result<Fit> {
         clearance: report.clearance,
         folds,
         projection_time,
-        mesh_size: [mesh.positions().len(), mesh.triangles().len()],
+        mesh_size: mesh.used_size(),
     })
 }
 

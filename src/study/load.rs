@@ -523,7 +523,7 @@ normal = [0, 0, 1]
     fn heads_of_one_file_and_chosen_degree_share_a_surface_and_far_ones_have_lower_degrees() {
         let folder = tempfile::tempdir().expect("a folder");
         let mut file = hall(folder.path(), 32);
-        file.render.detail = Some(DetailSpec { pixels: 1.0, normal: 180.0 });
+        file.render.detail = Some(DetailSpec { pixels: 1.0, ..DetailSpec::default() });
         let eye = DVec3::new(0.2, 2.0, 1.5);
         let camera = Camera::perspective(eye, eye + DVec3::X, 1.0, [64, 48]).expect("valid");
         let mut shared = SharedSurfaces::default();

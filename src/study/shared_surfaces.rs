@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::fit::{Fit, FitSettings, fit};
 use crate::Result;
-use crate::io::coefficients::{self, ReadOptions, SeriesFormat};
+use crate::io::coefficients::{self, SeriesFormat};
 use crate::io::meshes;
 use crate::sh::Coefficients;
 use crate::surface::{Doubles, Intersector, Mesh, MeshReport, MeshSurface, ShSurface};
@@ -139,7 +139,7 @@ impl SharedSurfaces {
 
 fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<SharedSh> {
     let (series, centre, fit) = if SeriesFormat::of_extension(path).is_some() {
-        let read = coefficients::read(path, &ReadOptions::default())?;
+        let read = coefficients::read_as_stated(path)?;
         (read.coefficients.truncated(degree), read.centre, None)
     } else {
         let settings = FitSettings { centre, ..FitSettings::of_degree(degree) };

@@ -50,13 +50,12 @@ pub fn sweep(mesh: &Mesh, degrees: &[usize], watch: &dyn Fn(usize)) -> Result<Ve
         });
         watch(rows.len());
     }
-    let size = [mesh.positions().len(), mesh.triangles().len()];
     let surface = MeshSurface::new(mesh.clone())?;
-    let radius = mesh.positions().iter().map(|p| p.distance(ball.0)).fold(0.0, f64::max);
+    let radius = mesh.used_positions().iter().map(|p| p.distance(ball.0)).fold(0.0, f64::max);
     let rays = chords(ball.0, radius, RAYS);
     rows.push(SweepRow {
         fit: None,
-        bytes: mesh_bytes(size),
+        bytes: mesh_bytes(mesh.used_size()),
         nanoseconds_per_ray: time_per_ray(&surface, &rays),
     });
     watch(rows.len());

@@ -157,7 +157,8 @@ fn largest_at_vertices(radius: &RadialMesh, series: &Evaluator) -> f64 {
         let (direction, r) = radius.at_vertex(*vertex)?;
         Some((r - series.value(direction)).abs())
     };
-    let differences = radius.mesh().positions().par_iter().filter_map(difference);
+    let vertices = radius.mesh().used_positions();
+    let differences = vertices.par_iter().filter_map(difference);
     differences.reduce(|| 0.0, f64::max)
 }
 

@@ -76,6 +76,21 @@ impl Mesh {
         &self.triangles
     }
 
+    /// Returns the number of vertices that faces use, and the number of faces: what it takes to
+    /// store the mesh.
+    pub fn used_size(&self) -> [usize; 2] {
+        [self.used_positions().len(), self.triangles.len()]
+    }
+
+    /// Returns the vertices that faces use, in their order, metres.
+    pub fn used_positions(&self) -> Vec<DVec3> {
+        let mut is_used = vec![false; self.positions.len()];
+        for &vertex in self.triangles.iter().flatten() {
+            is_used[vertex as usize] = true;
+        }
+        self.positions.iter().zip(is_used).filter(|(_, used)| *used).map(|(p, _)| *p).collect()
+    }
+
     /// Gives the three corners of a face.
     ///
     /// # Panics
@@ -281,6 +296,18 @@ mod tests {
         let mesh = Mesh::default();
         assert!(mesh.bounds().is_empty());
         assert_eq!((mesh.area(), mesh.volume()), (0.0, 0.0));
+    }
+
+    #[test]
+    fn vertices_that_no_face_uses_take_no_part() {
+        let cube = shapes::cube();
+        let far = [cube.positions(), &[DVec3::splat(1e9)]].concat();
+        let with_one_more = Mesh::new(far, cube.triangles().to_vec()).expect("valid");
+        for mesh in [&cube, &with_one_more] {
+            assert_eq!(mesh.used_size(), [8, 12]);
+            assert_eq!(mesh.used_positions(), cube.positions());
+            assert_eq!(mesh.bounds(), cube.bounds());
+        }
     }
 
     #[test]

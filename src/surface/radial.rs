@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::shell::Shell;
+use crate::Result;
 use crate::math::Ray;
-use crate::sh::{Bounds, Coefficients, Series, rounding};
-use crate::{Error, Result};
+use crate::sh::{Bounds, Coefficients, Series, least, rounding};
 
 /// Holds a star-shaped body about the origin: the series of its radius, positive everywhere, with certified bounds.
 #[derive(Debug, Clone)]
@@ -55,16 +55,13 @@ impl RadialBody {
     /// Takes the series as the radius of a body.
     ///
     /// # Errors
-    /// [`Error::Geometry`] when the radius cannot be certified to be positive everywhere; [`Error::Parameter`] for a degree too high.
+    /// [`crate::Error::Geometry`] when the radius is not positive everywhere, or so nearly 0 that
+    /// this cannot be told; [`crate::Error::Parameter`] for a degree too high.
     pub fn new(coefficients: &Coefficients) -> Result<Self> {
         let bounds = Bounds::of(coefficients)?;
-        if bounds.min <= 0.0 || !bounds.min.is_finite() || !bounds.max.is_finite() {
-            return Err(Error::Geometry(format!(
-                "the radius must be positive in every direction, but its lower bound is {:.3e} (mean radius {:.3e}); \
-                 choose another centre, or lower the degree or filter the series if it rings",
-                bounds.min,
-                coefficients.mean()
-            )));
+        let is_positive = bounds.min > 0.0 && bounds.min.is_finite() && bounds.max.is_finite();
+        if !is_positive {
+            least(coefficients)?.require_positive(bounds.max)?;
         }
         let series = Series::new(coefficients)?;
         Ok(Self {

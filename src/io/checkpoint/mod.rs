@@ -172,7 +172,8 @@ impl Reader<'_> {
         let version = u16::from_le_bytes(self.take()?);
         if version != VERSION {
             let message = format!("version {version} of checkpoints; known here is {VERSION}");
-            let help = "go on with the harmolux that wrote it, or begin anew without `--resume`";
+            let help = "go on with the harmolux that wrote it, or begin anew with `--force` and \
+                        without `--resume`";
             return Err(InputError::new(self.path, message).help(help).into());
         }
         let count = self.u32()?;
@@ -192,7 +193,8 @@ impl Reader<'_> {
         self.compare_seal("its header is damaged")?;
         if let Some(difference) = then.difference(present) {
             let message = format!("this checkpoint is of another run: {difference}");
-            let help = "go on with what it was made with (only the stop may change), or begin anew without `--resume`";
+            let help = "go on with what it was made with (only the stop may change), or begin \
+                        anew with `--force` and without `--resume`";
             return Err(InputError::new(self.path, message).help(help).into());
         }
         if size.contains(&0) || size[2] < 2 || planned > 1 {
@@ -265,7 +267,7 @@ impl Reader<'_> {
 
     fn broken(&self, what: &str) -> Error {
         InputError::new(self.path, format!("this checkpoint cannot be used: {what}"))
-            .help("begin anew without `--resume`")
+            .help("begin anew with `--force` and without `--resume`")
             .into()
     }
 }

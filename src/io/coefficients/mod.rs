@@ -50,6 +50,30 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Shape> {
     parse(path, &load(path)?, options)
 }
 
+/// Reads a coefficient file of which no more can be said than its name: what must be said of it is
+/// said when it is converted.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_as_stated(path: &Path) -> Result<Shape> {
+    read(path, &ReadOptions::default()).map_err(|e| advise_conversion(e, &[]))
+}
+
+/// Turns the advice to give a flag of the command line into that to give it to `harmolux convert`,
+/// but for the flags that are `known`.
+pub fn advise_conversion(error: Error, known: &[&str]) -> Error {
+    let Error::Input(mut input) = error else { return error };
+    let is_foreign = |help: &mut String| {
+        help.contains("`--") && !known.iter().any(|flag| help.contains(&format!("`{flag}")))
+    };
+    if let Some(help) = input.help.take_if(is_foreign) {
+        let path = input.path.display();
+        input.help =
+            Some(format!("{help}, to `harmolux convert {path} NEW.txt`, and name NEW.txt instead"));
+    }
+    Error::Input(input)
+}
+
 /// Loads a whole file.
 ///
 /// # Errors

@@ -26,13 +26,15 @@ pub struct Png {
     pub not_finite: usize,
 }
 
-/// Gives 0.18 over the geometric mean of the positive finite luminances; 1 when there are none.
+/// Gives 0.18 over the geometric mean of the positive finite luminances, or the largest number
+/// where that is more; 1 when there are none.
 pub fn auto_exposure(pixels: &[Rgb]) -> f64 {
     let luminances = pixels.iter().map(|p| p.luminance());
     let (count, logarithms) = luminances
         .filter(|y| *y > 0.0 && y.is_finite())
         .fold((0_usize, 0.0), |(n, sum), y| (n + 1, sum + y.ln()));
-    if count == 0 { 1.0 } else { MIDDLE_GREY / (logarithms / count as f64).exp() }
+    let exposure = MIDDLE_GREY / (logarithms / count as f64).exp();
+    if count == 0 { 1.0 } else { exposure.min(f64::MAX) }
 }
 
 /// Encodes linear Rec. 709 `pixels` (`width` x `height`, row by row from the top left) as PNG, exposed by `exposure` or, without it,
@@ -158,6 +160,9 @@ mod tests {
         assert!((auto_exposure(&pixels) - 0.018).abs() <= 1e-15);
         // The product of 1e300 would overflow, the sum of logarithms does not: 1000 terms of 691, each rounded to 1e-13.
         assert!((auto_exposure(&vec![Rgb::grey(1e300); 1000]) / 1.8e-301 - 1.0).abs() <= 1e-9);
+        // Fainter than one over the largest number: as bright as numbers can make it.
+        let made = png(1, 1, &[Rgb::grey(1e-320)], None).expect("made");
+        assert_eq!(made.exposure, f64::MAX);
     }
 
     #[test]

@@ -106,7 +106,7 @@ const EXAMPLES: [&str; 62] = [
     "time = \"10m\"",
     "walks = 100000",
     "exposure = 0.02",
-    "detail = { pixels = 0.25, normal = 2 }",
+    "detail = { pixels = 0.25 }",
     "pixels = 0.25",
 ];
 

@@ -151,20 +151,23 @@ pub struct DetailSpec {
     /// How far a point of the surface may move in the picture, pixels, 0 or more; at 0 the degree is the full one.
     #[serde(deserialize_with = "number::<AtLeast0, _>")]
     pub pixels: f64,
-    /// How far a normal may turn, degrees, from 0 to 180; at 180 it does not matter.
+    /// How far a normal may turn anywhere, degrees, from 0 to 180; at 180, as when it is left out,
+    /// it does not matter.
     #[serde(deserialize_with = "number::<HalfTurn, _>")]
     pub normal: f64,
 }
 
 impl Default for DetailSpec {
-    /// Takes a quarter of a pixel and two degrees.
+    /// Takes a quarter of a pixel. What is left out of a detailed shape turns some normals by tens
+    /// of degrees, within parts of it that the pixels keep small: a limit that holds everywhere is
+    /// for smooth shapes, and only where it is asked for.
     fn default() -> Self {
-        Self { pixels: 0.25, normal: 2.0 }
+        Self { pixels: 0.25, normal: 180.0 }
     }
 }
 
 impl Inline for DetailSpec {
-    const MUST: &'static str = "a table such as { pixels = 0.25, normal = 2 }";
+    const MUST: &'static str = "a table such as { pixels = 0.25 }";
 }
 
 impl Inline for RenderSpec {

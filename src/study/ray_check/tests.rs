@@ -167,3 +167,17 @@ fn faults_carry_their_rays_bit_by_bit() {
     assert_eq!(check.faults.len(), 8);
     assert!(check.broken > 2 * check.misses);
 }
+
+#[test]
+fn patches_hold_however_small_the_least_radius_is() {
+    for small in [0.03, 1e-3, 1e-5] {
+        let mut dent = crate::sh::Coefficients::zeros(1);
+        dent.set(0, 0, 1.0, 0.0);
+        dent.set(1, 0, 0.6 * (1.0 - small), 0.0);
+        dent.set(1, 1, 0.8 * 2.0_f64.sqrt() * (1.0 - small), 0.0);
+        let of = |intersector| ShSurface::new(&dent, intersector).expect("positive");
+        let (examined, oracle) = (of(Intersector::Patches), of(Intersector::Certified));
+        let check = check_rays(&examined, &oracle, &SETTINGS, |_| {});
+        assert!(check.holds(), "{small}: {}", check.faults[0]);
+    }
+}

@@ -108,7 +108,7 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     if report.clearance > 0.0 {
         return Err(Error::Geometry(format!(
             "the mesh goes {:.0} times around {about:.6}, with pieces within one another; keep one piece alone \
-             (`--repair --largest-piece`)",
+             (`harmolux check --repair --largest-piece -o FILE` writes it)",
             report.covering
         )));
     }

@@ -137,7 +137,7 @@ pub(super) const BAD_VALUES: &[Damage] = &[
     ("{ relative_error = 0.01, time = \"10m\" }", "[0.01, \"10m\", 5]",
         "24:8: `stop` in [render] must be a table such as { relative_error = 0.01, time = \"10m\" }, found an array\n  help: write it like `stop = { relative_error = 0.01, time = \"10m\" }`"),
     ("[render]", "[render]\ndetail = 0.25",
-        "23:10: `detail` in [render] must be a table such as { pixels = 0.25, normal = 2 }, found the number 0.25\n  help: write it like `detail = { pixels = 0.25, normal = 2 }`"),
+        "23:10: `detail` in [render] must be a table such as { pixels = 0.25 }, found the number 0.25\n  help: write it like `detail = { pixels = 0.25 }`"),
     ("[render]", "[render]\ndetail = { pixels = -1 }",
         "23:21: `pixels` in [render.detail] must be 0 or more, found -1\n  help: write it like `pixels = 0.25`"),
     ("[render]", "[render]\ndetail = { normal = 200 }",

@@ -273,11 +273,11 @@ fn details_are_off_unless_asked_for_and_filled_up() {
     let ObjectSpec::Sh(head) = &scene.objects["the head"] else { panic!("coefficients") };
     assert_eq!((scene.render.detail, head.detail), (None, None));
     let overrides =
-        [("render.detail", "{ pixels = 0.5 }"), ("objects.\"the head\".sh.detail.normal", "180")];
+        [("render.detail", "{ pixels = 0.5 }"), ("objects.\"the head\".sh.detail.normal", "20")];
     let scene = parse(SHAPES, &overrides).expect("parses");
     let ObjectSpec::Sh(head) = &scene.objects["the head"] else { panic!("coefficients") };
-    assert_eq!(scene.render.detail, Some(DetailSpec { pixels: 0.5, normal: 2.0 }));
-    assert_eq!(head.detail, Some(DetailSpec { pixels: 0.25, normal: 180.0 }));
+    assert_eq!(scene.render.detail, Some(DetailSpec { pixels: 0.5, normal: 180.0 }));
+    assert_eq!(head.detail, Some(DetailSpec { pixels: 0.25, normal: 20.0 }));
 }
 
 #[test]

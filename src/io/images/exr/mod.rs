@@ -1,23 +1,28 @@
 //! `OpenEXR` images of named f32 channels with attributes, ZIP-compressed.
 //!
-//! The unnamed main layer R, G, B, Y is what viewers show; further layers prefix their channels (`stderr.Y`, `direct.R`), as the
-//! `OpenEXR` technical introduction asks. Equal images give equal bytes.
+//! The unnamed main layer R, G, B is what viewers show; further layers prefix their channels
+//! (`stderr.Y`, `direct.R`), as the `OpenEXR` technical introduction asks. Luminance has a layer of
+//! its own within that of the colour (`luminance.Y`, `direct.luminance.Y`): beside R, G and B a
+//! channel Y would make `OpenEXR`'s RGBA interface show it alone, grey. `chromaticities` say what
+//! R, G and B are. Equal images give equal bytes.
+
+mod encode;
 
 use std::collections::BTreeMap;
-use std::io::{self, BufWriter, Cursor, Read, SeekFrom};
+use std::io::{self, BufWriter, Cursor};
 use std::path::Path;
 
-use exr::block::lines::LineRefMut;
 use exr::image::read::read as reader;
-use exr::image::write::samples::{SamplesWriter, WritableSamples};
 use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, Image, Layer};
-use exr::math::{RoundingMode, Vec2};
+use exr::math::Vec2;
 use exr::meta::MetaData;
 use exr::meta::attribute::{
-    AttributeValue, Compression, IntegerBounds, LevelMode, LineOrder, SampleType, Text,
+    AttributeValue, Chromaticities, Compression, IntegerBounds, LineOrder, Text,
 };
-use exr::meta::header::{Header, LayerAttributes};
+use exr::meta::header::LayerAttributes;
 use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
+
+use encode::{Samples, sort_attributes};
 
 use super::check_size;
 use crate::error::InputError;
@@ -39,7 +44,8 @@ pub enum Attribute {
 /// A channel that is computed when the image is written: its name, and what gives the value of a pixel, counted row by row from the top left.
 pub type Computed<'a> = (String, Box<dyn Fn(usize) -> f32 + Sync + 'a>);
 
-/// Makes the channels R, G, B and the luminance Y, computed, of the main layer ("") or of a named one.
+/// Makes the channels R, G, B and the luminance, `luminance.Y`, computed, of the main layer ("") or
+/// of a named one.
 pub fn computed_colour<'a>(
     layer: &str,
     pixel: impl Fn(usize) -> Rgb + Copy + Sync + 'a,
@@ -53,7 +59,20 @@ type ValueOf = fn(&Rgb) -> f64;
 
 /// The channels of a colour.
 const COLOUR: [(&str, ValueOf); 4] =
-    [("R", |p| p.0[0]), ("G", |p| p.0[1]), ("B", |p| p.0[2]), ("Y", |p| p.luminance())];
+    [("R", |p| p.0[0]), ("G", |p| p.0[1]), ("B", |p| p.0[2]), (LUMINANCE, |p| p.luminance())];
+
+/// The channel of luminance, and its name in files that other programs, or this one formerly,
+/// wrote.
+const LUMINANCE: &str = "luminance.Y";
+const PLAIN_LUMINANCE: &str = "Y";
+
+/// Rec. 709: its primaries and D65, white.
+const REC_709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.30, 0.60),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.3290),
+};
 
 impl From<&str> for Attribute {
     fn from(text: &str) -> Self {
@@ -84,7 +103,7 @@ impl From<f64> for Attribute {
 ///     .with_values("stderr.Y", &[0.01, 0.02])?
 ///     .with_attribute("seed", "42");
 /// let read = Exr::from_bytes("view.exr".as_ref(), &image.to_bytes()?)?;
-/// assert_eq!(read.channel("Y"), Some([1.0, 0.5].as_slice()));
+/// assert_eq!(read.channel("luminance.Y"), Some([1.0, 0.5].as_slice()));
 /// # Ok::<(), harmolux::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -115,7 +134,8 @@ impl Exr {
         self
     }
 
-    /// Adds R, G, B and the luminance Y of linear Rec. 709 `pixels`, in the main layer ("") or in a named one.
+    /// Adds R, G, B and the luminance, `luminance.Y`, of linear Rec. 709 `pixels`, in the main
+    /// layer ("") or in a named one.
     ///
     /// # Errors
     /// [`Error::Parameter`] when the number of pixels does not fit the size, or a channel of that name is there already.
@@ -165,6 +185,27 @@ impl Exr {
     /// Gives the samples of a channel; `None` when there is no such channel.
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         self.channels.get(name).map(Vec::as_slice)
+    }
+
+    /// Returns the samples of a channel, of a luminance under either name: `luminance.Y` finds `Y`
+    /// and `direct.Y` finds `direct.luminance.Y`.
+    pub fn find(&self, name: &str) -> Option<&[f32]> {
+        let renamed = || match name.strip_suffix(LUMINANCE) {
+            Some(layer) => Some(format!("{layer}{PLAIN_LUMINANCE}")),
+            None => Some(format!("{}{LUMINANCE}", name.strip_suffix(PLAIN_LUMINANCE)?)),
+        };
+        self.channel(name).or_else(|| self.channel(&renamed()?))
+    }
+
+    /// Returns the luminance of the main layer: its own channel, or that of R, G and B; `None` when
+    /// there is neither.
+    pub fn luminance(&self) -> Option<Vec<f64>> {
+        if let Some(samples) = self.find(LUMINANCE) {
+            return Some(samples.iter().copied().map(f64::from).collect());
+        }
+        let [r, g, b] = ["R", "G", "B"].map(|c| self.channel(c));
+        let pixels = r?.iter().zip(g?).zip(b?);
+        Some(pixels.map(|((r, g), b)| Rgb([*r, *g, *b].map(f64::from)).luminance()).collect())
     }
 
     /// Gives the channel names in alphabetical order.
@@ -221,6 +262,7 @@ impl Exr {
         let mut image = Image::from_layer(layer);
         let whole = self.whole.unwrap_or([self.width, self.height]);
         image.attributes.display_window = IntegerBounds::from_dimensions((whole[0], whole[1]));
+        image.attributes.chromaticities = Some(REC_709);
         image.write().to_buffered(BufWriter::new(&mut *to)).map_err(|e| match e {
             exr::error::Error::Io(e) => e,
             e => io::Error::other(format!("the EXR encoder failed: {e}")),
@@ -351,86 +393,6 @@ fn string(value: &Text) -> String {
     String::from_utf8_lossy(value.as_slice()).into_owned()
 }
 
-/// Where samples come from when they are written.
-enum Samples<'a> {
-    Stored(&'a [f32]),
-    Computed(&'a (dyn Fn(usize) -> f32 + Sync)),
-}
-
-/// Writes them line by line.
-struct Lines<'a> {
-    width: usize,
-    samples: &'a Samples<'a>,
-}
-
-impl<'a> WritableSamples<'a> for Samples<'_> {
-    type Writer = Lines<'a>;
-
-    fn sample_type(&self) -> SampleType {
-        SampleType::F32
-    }
-
-    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
-        (LevelMode::Singular, RoundingMode::Down)
-    }
-
-    fn create_samples_writer(&'a self, header: &Header) -> Lines<'a> {
-        Lines { width: header.layer_size.0, samples: self }
-    }
-}
-
-impl SamplesWriter for Lines<'_> {
-    fn extract_line(&self, line: LineRefMut) {
-        let Vec2(x, y) = line.location.position;
-        let first = y * self.width + x;
-        let written = match self.samples {
-            Samples::Stored(samples) => line.write_samples(|i| samples[first + i]),
-            Samples::Computed(value) => line.write_samples(|i| value(first + i)),
-        };
-        written.expect("a line is as long as what is written there");
-    }
-}
-
-/// Puts the header's attributes in a fixed order, `software` first: the encoder takes them from a hash map, so equal images would
-/// give different bytes and the mark of this program could stand anywhere. The header keeps its length, so all offsets hold.
-fn sort_attributes(file: &mut dyn ReadWriteSeek) -> io::Result<()> {
-    // The header follows 4 bytes of magic number and 4 of version, and ends with an empty name.
-    const START: u64 = 8;
-    let mut bytes = Vec::new();
-    let mut attributes = loop {
-        // As much again as there is, until the end of the header is in it.
-        let more = (bytes.len() as u64).max(1 << 12);
-        file.seek(SeekFrom::Start(START + bytes.len() as u64))?;
-        let found = (&mut *file).take(more).read_to_end(&mut bytes)?;
-        let mut attributes = Vec::new();
-        let mut rest = bytes.as_slice();
-        while let Some(length) = attribute_length(rest) {
-            attributes.push(&rest[..length]);
-            rest = &rest[length..];
-        }
-        if rest.first() == Some(&0) {
-            break attributes.into_iter().map(<[u8]>::to_vec).collect::<Vec<_>>();
-        }
-        if found == 0 {
-            return Err(io::Error::other("the EXR encoder wrote a header without an end"));
-        }
-    };
-    attributes.sort_by_key(|a| (!a.starts_with(b"software\0"), a.clone()));
-    file.seek(SeekFrom::Start(START))?;
-    file.write_all(&attributes.concat())?;
-    file.seek(SeekFrom::End(0)).map(drop)
-}
-
-/// Measures the attribute at the start of `bytes` (name, type, length, value); `None` at the end of the header.
-fn attribute_length(bytes: &[u8]) -> Option<usize> {
-    let zero = |from: usize| Some(from + bytes.get(from..)?.iter().position(|b| *b == 0)?);
-    let name = zero(0).filter(|end| *end > 0)?;
-    let kind = zero(name + 1)?;
-    let size = bytes.get(kind + 1..kind + 5)?.try_into().ok()?;
-    let length = kind + 5 + u32::from_le_bytes(size) as usize;
-    (length <= bytes.len()).then_some(length)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -467,9 +429,11 @@ mod tests {
         let read = Exr::from_bytes(Path::new("x.exr"), &bytes).expect("decoded");
         assert_eq!(read, written);
         assert_eq!((read.width(), read.height()), (3, 2));
-        assert!(read.channel_names().eq(["B", "G", "R", "Y", "stderr.Y"]));
+        // A root of R, G, B alone: with a Y there OpenEXR's RGBA interface takes the file for a
+        // grey one.
+        assert!(read.channel_names().eq(["B", "G", "R", "luminance.Y", "stderr.Y"]));
         let luminance: Vec<f32> = pixels().iter().map(|p| p.luminance() as f32).collect();
-        assert_eq!(read.channel("Y"), Some(luminance.as_slice()));
+        assert_eq!(read.channel("luminance.Y"), Some(luminance.as_slice()));
         assert_eq!(read.attribute("replicates"), Some(&Attribute::Number(32.0)));
         assert_eq!(read.attribute("software"), Some(&SOFTWARE.into()));
         assert_eq!(read.attribute("seed"), Some(&u64::MAX.to_string().into()));
@@ -486,9 +450,9 @@ mod tests {
         let stored = image().with_colour("direct", &pixels).expect("fits");
         let stored = stored.with_values("Z", &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]).expect("fits");
         assert_eq!(bytes.into_inner(), stored.to_bytes().expect("encoded"));
-        let twice: [Computed; 1] = [("Y".to_owned(), Box::new(|_| 0.0))];
+        let twice: [Computed; 1] = [("R".to_owned(), Box::new(|_| 0.0))];
         let refused = image().write(&twice, &mut Cursor::new(Vec::new())).expect_err("refused");
-        assert_eq!(refused.to_string(), "`Y` cannot name two channels");
+        assert_eq!(refused.to_string(), "`R` cannot name two channels");
     }
 
     #[test]
@@ -510,6 +474,8 @@ mod tests {
         assert_eq!(header.layer_size, Vec2(3, 2));
         assert_eq!(header.shared_attributes.display_window.size, Vec2(640, 480));
         assert_eq!(header.own_attributes.white_luminance, Some(1.0));
+        let primaries = header.shared_attributes.chromaticities.expect("written");
+        assert_eq!((primaries.red, primaries.white), (Vec2(0.64, 0.33), Vec2(0.3127, 0.3290)));
         assert_eq!(Exr::from_bytes(Path::new("x.exr"), &bytes).expect("decoded"), part);
     }
 
@@ -528,6 +494,30 @@ mod tests {
         let bytes = image.to_bytes().expect("encoded");
         let read = Exr::from_bytes(Path::new("x.exr"), &bytes).expect("decoded");
         assert_eq!(read.channel("direct.R"), image.channel("R"));
+        let own = |name: &&str| name.strip_prefix("direct.").is_some_and(|c| !c.contains('.'));
+        assert!(read.channel_names().filter(own).eq(["direct.B", "direct.G", "direct.R"]));
+        assert_eq!(read.find("direct.Y"), read.channel("direct.luminance.Y"));
+    }
+
+    #[test]
+    fn luminance_is_found_under_its_old_name_and_from_colours() {
+        let expected: Vec<f64> = pixels().iter().map(|p| f64::from(p.luminance() as f32)).collect();
+        let single = Exr::new(3, 2).with_values("Y", &expected).expect("fits");
+        for (name, found) in [("luminance.Y", true), ("Y", true), ("Z", false), ("direct.Y", false)]
+        {
+            assert_eq!(single.find(name).is_some(), found, "{name}");
+        }
+        assert_eq!(single.luminance(), Some(expected.clone()));
+        assert_eq!(image().luminance(), Some(expected.clone()));
+        let (r, g, b) = (image(), image(), image());
+        let colours = [("R", r), ("G", g), ("B", b)]
+            .into_iter()
+            .try_fold(Exr::new(3, 2), |exr, (name, from)| {
+                exr.with_samples(name, from.channel(name).expect("there").to_vec())
+            });
+        let found = colours.expect("fits").luminance().expect("of R, G and B");
+        assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() <= 1e-6 * (1.0 + b)));
+        assert_eq!(Exr::new(3, 2).luminance(), None);
     }
 
     #[test]

@@ -1,0 +1,93 @@
+//! How channels and attributes are written: line by line, and in an order of their own.
+
+use std::io::{self, Read, SeekFrom};
+
+use exr::block::lines::LineRefMut;
+use exr::image::write::samples::{SamplesWriter, WritableSamples};
+use exr::math::{RoundingMode, Vec2};
+use exr::meta::attribute::{LevelMode, SampleType};
+use exr::meta::header::Header;
+
+use crate::io::output::ReadWriteSeek;
+
+/// Where samples come from when they are written.
+pub(super) enum Samples<'a> {
+    Stored(&'a [f32]),
+    Computed(&'a (dyn Fn(usize) -> f32 + Sync)),
+}
+
+/// Writes them line by line.
+pub(super) struct Lines<'a> {
+    width: usize,
+    samples: &'a Samples<'a>,
+}
+
+impl<'a> WritableSamples<'a> for Samples<'_> {
+    type Writer = Lines<'a>;
+
+    fn sample_type(&self) -> SampleType {
+        SampleType::F32
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&'a self, header: &Header) -> Lines<'a> {
+        Lines { width: header.layer_size.0, samples: self }
+    }
+}
+
+impl SamplesWriter for Lines<'_> {
+    fn extract_line(&self, line: LineRefMut) {
+        let Vec2(x, y) = line.location.position;
+        let first = y * self.width + x;
+        let written = match self.samples {
+            Samples::Stored(samples) => line.write_samples(|i| samples[first + i]),
+            Samples::Computed(value) => line.write_samples(|i| value(first + i)),
+        };
+        written.expect("a line is as long as what is written there");
+    }
+}
+
+/// Puts the header's attributes in a fixed order, `software` first: the encoder takes them from a
+/// hash map, so equal images would give different bytes and the mark of this program could stand
+/// anywhere. The header keeps its length, so all offsets hold.
+pub(super) fn sort_attributes(file: &mut dyn ReadWriteSeek) -> io::Result<()> {
+    // The header follows 4 bytes of magic number and 4 of version, and ends with an empty name.
+    const START: u64 = 8;
+    let mut bytes = Vec::new();
+    let mut attributes = loop {
+        // As much again as there is, until the end of the header is in it.
+        let more = (bytes.len() as u64).max(1 << 12);
+        file.seek(SeekFrom::Start(START + bytes.len() as u64))?;
+        let found = (&mut *file).take(more).read_to_end(&mut bytes)?;
+        let mut attributes = Vec::new();
+        let mut rest = bytes.as_slice();
+        while let Some(length) = attribute_length(rest) {
+            attributes.push(&rest[..length]);
+            rest = &rest[length..];
+        }
+        if rest.first() == Some(&0) {
+            break attributes.into_iter().map(<[u8]>::to_vec).collect::<Vec<_>>();
+        }
+        if found == 0 {
+            return Err(io::Error::other("the EXR encoder wrote a header without an end"));
+        }
+    };
+    attributes.sort_by_key(|a| (!a.starts_with(b"software\0"), a.clone()));
+    file.seek(SeekFrom::Start(START))?;
+    file.write_all(&attributes.concat())?;
+    file.seek(SeekFrom::End(0)).map(drop)
+}
+
+/// Measures the attribute at the start of `bytes` (name, type, length, value); `None` at the end of
+/// the header.
+fn attribute_length(bytes: &[u8]) -> Option<usize> {
+    let zero = |from: usize| Some(from + bytes.get(from..)?.iter().position(|b| *b == 0)?);
+    let name = zero(0).filter(|end| *end > 0)?;
+    let kind = zero(name + 1)?;
+    let size = bytes.get(kind + 1..kind + 5)?.try_into().ok()?;
+    let length = kind + 5 + u32::from_le_bytes(size) as usize;
+    (length <= bytes.len()).then_some(length)
+}
