@@ -202,7 +202,7 @@ fn verbs_without_the_flags_advise_to_convert_and_that_helps() {
 }
 
 /// A lamp over a shape whose file is still to be named.
-const ROOM: &str = r#"format = 1
+const ROOM: &str = r"format = 1
 [materials.grey.lambert]
 reflectance = 0.5
 [lights.lamp.point]
@@ -214,7 +214,7 @@ normal = [0, 0, 1]
 [illum]
 stop = { walks = 64 }
 [objects.rock.sh]
-"#;
+";
 
 #[test]
 fn wrong_command_line_is_exit_code_2() {

@@ -76,13 +76,14 @@ fn two_hundred_heads_are_judged_each_by_itself() {
     let desk = desk();
     let start = ROOM.find("[objects.near.sh]").expect("there");
     let end = ROOM.find("[lights").expect("there");
-    let heads: String = (0..200)
+    let heads = (0..200)
         .map(|i| {
             let at = [0.5 + 0.3 * f64::from(i % 10), 2.0 + 1.9 * f64::from(i / 10), 1.5];
             let [head, file] = [format!("[objects.head{i}.sh]"), "file = \"head.txt\"".to_owned()];
             format!("{head}\n{file}\ndegree = 12\nat = {at:?}\nmaterial = \"walls\"\n")
         })
-        .collect();
+        .collect::<Vec<_>>()
+        .concat();
     desk.put("room.toml", format!("{}{heads}{}", &ROOM[..start], &ROOM[end..]));
     let details = |define: &str| {
         let words = ["-D", define, "--size", "240x160", "-o", "a.png", "--json"];

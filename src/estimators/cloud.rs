@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::walk::Node;
 use crate::math::Rgb;
 use crate::math::lanes::{LANES, load, splat};
-use crate::scene::{Brdf, Vertex};
+use crate::scene::Brdf;
 use crate::surface::Hit;
 
 /// How many walks make a cloud.
@@ -85,7 +85,8 @@ impl<'a> Cloud<'a> {
         let diffuse = nodes.len();
         let blocks = nodes.chunks(LANES).map(Block::new).collect();
         let shading = nodes.chunks(LANES).skip(flat_blocks).filter(|_| any_smooth);
-        let shading = shading.map(|nodes| in_lanes(nodes, |v| v.normal)).collect();
+        let shading =
+            shading.map(|nodes| in_lanes(nodes.iter().map(|n| n.vertex.normal))).collect();
         nodes.append(&mut others);
         Self { nodes, diffuse, blocks, shading, walks: sound, spoilt }
     }
@@ -191,11 +192,10 @@ fn diffuse(node: &Node) -> Option<Rgb> {
     }
 }
 
-/// Puts a vector of each node side by side; 0 in a lane without one.
-fn in_lanes(nodes: &[Node], vector: impl Fn(&Vertex) -> DVec3) -> [[f64; LANES]; 3] {
+/// Puts vectors side by side; 0 in a lane without one.
+fn in_lanes(vectors: impl Iterator<Item = DVec3>) -> [[f64; LANES]; 3] {
     let mut lanes = [[0.0; LANES]; 3];
-    for (lane, node) in nodes.iter().enumerate() {
-        let vector = vector(&node.vertex);
+    for (lane, vector) in vectors.enumerate() {
         for axis in 0..3 {
             lanes[axis][lane] = vector[axis];
         }
@@ -205,9 +205,12 @@ fn in_lanes(nodes: &[Node], vector: impl Fn(&Vertex) -> DVec3) -> [[f64; LANES];
 
 impl Block {
     fn new(nodes: &[Node]) -> Self {
-        let place = in_lanes(nodes, |v| v.hit.point);
-        let mut block =
-            Self { place, normal: in_lanes(nodes, |v| v.true_normal()), ..Self::default() };
+        let place = in_lanes(nodes.iter().map(|n| n.vertex.hit.point));
+        let mut block = Self {
+            place,
+            normal: in_lanes(nodes.iter().map(|n| n.vertex.true_normal())),
+            ..Self::default()
+        };
         for (lane, node) in nodes.iter().enumerate() {
             let vertex = &node.vertex;
             let strength = diffuse(node).map_or(Rgb::BLACK, |r| node.flux * r / PI);

@@ -152,7 +152,9 @@ pub(super) fn refined(
                 cell.value = value;
             }
         });
-        cells.iter().for_each(|cell| known.look_at(cell));
+        for cell in &cells {
+            known.look_at(cell);
+        }
         cells.retain(|cell| known.keeps(cell.bound(curvature, rounding)));
     }
 }

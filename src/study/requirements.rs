@@ -81,6 +81,7 @@ fn verdict(limit: Limit, found: Bracket) -> Verdict {
 
 #[cfg(test)]
 mod tests {
+    use super::Verdict::{Met, NotMet, Undecided};
     use super::*;
 
     #[test]
@@ -109,10 +110,9 @@ mod tests {
         // More light than was found can only raise an illuminance.
         let of = |value, missing| {
             let summary = GroupSummary::without_errors(&[value]);
-            let both = RequireSpec { mean_min: Some(5.0), mean_max: Some(9.0), ..dark.clone() };
+            let both = RequireSpec { mean_min: Some(5.0), mean_max: Some(9.0), ..dark };
             judge(&both, summary.as_ref(), missing).iter().map(|j| j.verdict).collect::<Vec<_>>()
         };
-        use Verdict::{Met, NotMet, Undecided};
         assert_eq!([of(4.0, false), of(4.0, true)], [[NotMet, Met], [Undecided, Undecided]]);
         assert_eq!([of(7.0, false), of(7.0, true)], [[Met, Met], [Met, Undecided]]);
         assert_eq!(of(10.0, true), [Met, NotMet]);

@@ -132,9 +132,9 @@ mod tests {
     #[test]
     fn sliver_of_which_a_part_is_in_the_picture_is_something() -> Result<()> {
         let [camera, ..] = cameras([64, 48])?;
-        let along = DVec3::new(40.0, 0.0, 23.0);
-        let corner = DVec3::new(-19.0, 12.0, -8.4);
-        let thread = Rectangle::new(corner, along, 1e-6 * DVec3::Z)?;
+        // Between two rows of pixels, and far out of the picture on both sides.
+        let corner = DVec3::new(-19.0, 12.0, 3.0);
+        let thread = Rectangle::new(corner, 40.0 * DVec3::X, 1e-6 * DVec3::Z)?;
         let object =
             Object::new("thread", thread, Material::lambert(crate::math::Rgb::WHITE * 0.5)?);
         assert!(has_something(object, &camera)?);

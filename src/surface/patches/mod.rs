@@ -246,7 +246,7 @@ mod tests {
             let series = Series::new(&shape).expect("small");
             let patches = Patches::new(&series, &bounds).expect("positive");
             let cells =
-                (1..8).map(|k| (std::f64::consts::FRAC_PI_4 * (k as f64 / 4.0 - 1.0)).tan());
+                (1..8).map(|k| (std::f64::consts::FRAC_PI_4 * (f64::from(k) / 4.0 - 1.0)).tan());
             for c in [1.0, -1.0, -0.0].into_iter().chain(cells) {
                 for (i, j) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)] {
                     let rays = rays_in_plane(i, j, c, 0.99 * bounds.min, 90);
