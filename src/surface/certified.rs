@@ -6,8 +6,8 @@
 //! slope and curvature along great circles, and |p|'' >= 0 (outside) or <= 1/rho (seen from inside). Where the shell of the body shows that the
 //! ray passes above the surface, or that it is inside, the series is not evaluated at all.
 //!
-//! A ray is looked at from where it is nearest to the centre: the rounding of its points, by which it would be
-//! kept in a cell of the shell that it left, is then that of the body's size, from however far it comes.
+//! A ray is looked at from where it is nearest to the centre: from however far it comes, its points
+//! are rounded as those near the body are, and it is not kept in a cell of the shell that it left.
 
 use glam::DVec3;
 
@@ -35,7 +35,7 @@ pub(super) fn first_crossing(body: &RadialBody, ray: &Ray) -> Option<Crossing> {
     Some(Crossing { distance, point: near.at(t), gap })
 }
 
-/// Returns the distance at which a ray is nearest to the centre, and the same ray with its origin there.
+/// Returns the distance at which a ray is nearest to the centre, and the ray with its origin there.
 fn from_nearest(ray: &Ray) -> (f64, Ray) {
     let nearest = -ray.origin.dot(ray.direction);
     let (t_min, t_max) = (ray.t_min - nearest, ray.t_max - nearest);

@@ -1,9 +1,8 @@
-//! Rays on the borders of cube faces and of the cells these are cut into: each must belong to one of
-//! them.
+//! Rays on the borders of cube faces and of the cells of these: each must belong to one of them.
 //!
-//! A border is a plane p_j = c p_i through the centre. With c = +-1 it parts two faces, with c = 0 it
-//! halves some: the nine mirror planes of the cube. Cells of patches are cut at c = tan(pi/4 s), those of
-//! the shell at c = s, s = 2k/n - 1.
+//! A border is a plane p_j = c p_i through the centre. With c = +-1 it parts two faces, with c = 0
+//! it halves some: the nine mirror planes of the cube. Cells of patches are cut at c = tan(pi/4 s),
+//! those of the shell at c = s, s = 2k/n - 1.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -12,8 +11,8 @@ use glam::DVec3;
 use super::rays::Draw;
 use crate::math::Ray;
 
-/// Cells along one side of a face: of patches and of the shell, up to degree 64. The borders of the levels
-/// above are among theirs.
+/// Cells along one side of a face: of patches and of the shell, up to degree 64. The borders of the
+/// levels above are among theirs.
 const SIDES: [usize; 13] = [4, 8, 12, 16, 24, 32, 48, 64, 80, 96, 112, 128, 144];
 
 /// By how many units in the last place a component is moved.
@@ -40,8 +39,9 @@ impl Border {
     }
 }
 
-/// Makes a ray in a border, along a line where two of them meet, or from a border to anywhere. Half of
-/// the rays are exactly there, of the others every component is off by up to 4 units in the last place.
+/// Makes a ray in a border, along a line where two of them meet, or from a border to anywhere. Half
+/// of the rays are exactly there, of the others every component is off by up to 4 units in the last
+/// place.
 pub(super) fn on_border(draw: &mut Draw, radius: f64) -> Ray {
     let border = Border::draw(draw);
     let reach = 3.0 * radius * draw.unit();

@@ -1,7 +1,7 @@
 //! Checks an intersector against certified stepping: very many rays, one in a hundred made to graze, through every way of asking.
 //!
-//! `judge` holds the rules, `rays` makes the rays, `borders` those on borders of cube faces, `shapes` the
-//! bodies that are hard for an intersector, `fault` says which ray broke what.
+//! `judge` holds the rules, `rays` makes the rays, `borders` those on borders of cube faces,
+//! `shapes` the bodies that are hard for an intersector, `fault` says which ray broke what.
 
 mod borders;
 mod fault;

@@ -228,8 +228,8 @@ fn ends(cell: &Cell, at: f64, per: f64) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// Returns the faces a line meets, after checking that it is on each while it counts there and that
-    /// nothing of it is left over.
+    /// Returns the faces a line meets, after checking that it is on each while it counts there and
+    /// that nothing of it is left over.
     fn faces(from: DVec3, direction: DVec3, length: f64) -> Vec<usize> {
         let (face, p, d) = facing(from.to_array(), direction.to_array());
         let mut faces = vec![face as usize];

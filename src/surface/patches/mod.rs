@@ -217,8 +217,8 @@ mod tests {
         c
     }
 
-    /// Makes rays in a plane p[j] = c p[i] that cannot pass by a ball about the centre: towards it, away
-    /// from points in it and from the centre.
+    /// Makes rays in a plane p[j] = c p[i] that cannot pass by a ball about the centre: towards it,
+    /// away from points in it and from the centre.
     fn rays_in_plane(i: usize, j: usize, c: f64, ball: f64, count: usize) -> Vec<Ray> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
         let mut point = |radius: f64| {
