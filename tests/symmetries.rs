@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use common::{bumpy, furnace, go_on, grey, sensors, sphere_mesh};
 use glam::{DMat3, DQuat, DVec3};
-use harmolux::estimators::{SensorEstimator, Survey, Weighting, illuminance};
+use harmolux::estimators::{RadiositySettings, SensorEstimator, Survey, Weighting, illuminance};
 use harmolux::math::{Placement, Rgb};
 use harmolux::scene::{Distribution, Glossy, Material, Measure, Object, PointLight, Scene, Sensor};
 use harmolux::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
@@ -351,6 +351,21 @@ fn surfaces_in_one_place_count_as_they_are_meant() {
                 let mut objects = here();
                 objects.rotate_left(turn);
                 assert_same(&run(objects, estimator), &apart, &format!("{world:?}, {turn}"));
+            }
+            if estimator == 0 && world.turn == DQuat::IDENTITY {
+                let radiosity = |objects: Vec<Object>| {
+                    let scene = Scene::new(objects, vec![]).expect("valid");
+                    let by = SensorEstimator::Radiosity(RadiositySettings::default());
+                    let survey = measure(&scene, &points, by, 1);
+                    let absorbed = survey.radiosity.expect("told").absorbed;
+                    assert!(absorbed <= 1.02, "{absorbed}");
+                    survey.results.iter().map(|r| r.total.mean).collect::<Vec<f64>>()
+                };
+                let apart = vec![room(), next(), carpet(1e-5), lamp(3.0 - 1e-5, 5000.0)];
+                let pairs = radiosity(here()).into_iter().zip(radiosity(apart));
+                for (here, apart) in pairs {
+                    assert!((here / apart - 1.0).abs() <= 0.03, "{world:?}: {here} {apart}");
+                }
             }
             let twice = vec![lamp(3.0, 2000.0), room(), next(), carpet(0.0), lamp(3.0, 3000.0)];
             assert_same(&run(twice, estimator), &apart, &format!("{world:?}, two lamps"));

@@ -155,7 +155,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     }
     let unknown = illum_report::unreached(&survey, &counts);
     let code = match code(survey.ending, asked, reached(&survey), "largest 95 % half width") {
-        Code::Done if unknown => Code::NotMet,
+        Code::Done if unknown || illum_report::cut_short(&survey) => Code::NotMet,
         code => code,
     };
     let met = |group: &Group| group.judged.iter().all(|j| j.verdict == Verdict::Met);
@@ -247,8 +247,10 @@ fn groups<'a>(
     counted: bool,
 ) -> Vec<Group<'a>> {
     let mut start = 0;
-    // No estimate but that of photons finds what mirrors throw from point lights onto a sensor.
-    let missing = survey.caustic > 0.0 && !counted;
+    // No estimate but that of photons finds what mirrors throw from point lights onto a sensor; radiosity that was cut short has
+    // light left to pass on.
+    let cut_short = survey.radiosity.is_some() && survey.ending != Ending::Converged;
+    let missing = cut_short || survey.caustic > 0.0 && !counted;
     let group = |(group, known): (&'a SensorGroup, Option<Vec<f64>>)| {
         let range = start..start + group.sensors.len();
         start = range.end;
@@ -264,6 +266,9 @@ fn groups<'a>(
             GroupSummary::of(&counting.map(|i| survey.replicates[i]).collect::<Vec<_>>())
         };
         let required = require.get(&group.name);
+        // Where no photon was counted, that is no proof of darkness.
+        let is_dark = |i: usize| survey.results[i].total.mean == 0.0;
+        let missing = missing || counted && range.clone().any(is_dark);
         Group {
             name: &group.name,
             sensors: &group.sensors,

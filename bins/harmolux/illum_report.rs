@@ -146,7 +146,7 @@ fn sentence(judged: &Judged) -> String {
         Verdict::Undecided if judged.is_within_interval() => {
             "UNDECIDED, the limit is within the interval"
         }
-        Verdict::Undecided => "UNDECIDED, light of mirrors is missing",
+        Verdict::Undecided => "UNDECIDED, light is missing from the values",
     };
     let (relation, limit) = relation(judged.limit);
     format!("required {} {relation} {limit}: {verdict}", judged.quantity)
@@ -210,13 +210,26 @@ pub(crate) fn run(survey: &Survey) {
     }
     if survey.caustic > 0.0 {
         say::warning(&format!(
-            "{} of the light goes from point lights to mirrors, which send it on; by `local` what of it falls on a sensor straight is missing, by `path` and `radiosity` all of it, since no ray finds a point in a mirror (`photon` counts it); give those lights a size: a sphere or a rectangle with an exitance",
+            "{} of the light goes from point lights to mirrors, which send it on; by the estimator `local` what of it falls on a sensor straight is missing, by `path` all of it, since no ray finds a point in a mirror (`photon` counts it); give those lights a size: a sphere or a rectangle with an exitance",
             say::percent(survey.caustic)
         ));
     }
     for warning in [spoilt(survey), unbounded(survey)].into_iter().flatten() {
         say::warning(&warning);
     }
+}
+
+/// Says whether radiosity was ended before its light was passed on.
+pub(crate) fn cut_short(survey: &Survey) -> bool {
+    let Some(exchange) = &survey.radiosity else { return false };
+    let cut_short = survey.ending != Ending::Converged;
+    if cut_short {
+        say::warning(&format!(
+            "radiosity ended with {} of the light left to pass on: all values are too low; give it more time (`illum.stop.time`), or fewer `patches`",
+            say::percent(exchange.unshot)
+        ));
+    }
+    cut_short
 }
 
 /// Says how many sensors that count were not reached before the run ended, if any.

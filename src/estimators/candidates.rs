@@ -100,8 +100,7 @@ impl Candidates {
     pub(super) fn draw(&self, cloud: &Cloud, count: usize, mut take: impl FnMut(&Node, Light)) {
         let others = self.others.iter().map(|(_, weight)| *weight);
         let total = self.diffuse.iter().map(|block| block.total).chain(others).sum::<f64>();
-        let step = total / count as f64;
-        let mut draw = Draw { next: self.start * step, step, sum: 0.0 };
+        let mut draw = Draw::new(total / count as f64, self.start);
         if let Some(plane) = &self.plane {
             for (block, weighed) in self.diffuse.iter().enumerate() {
                 if draw.passes(weighed.total) {
@@ -131,7 +130,16 @@ struct Draw {
     sum: f64,
 }
 
+/// Below this step, numbers are too coarse to count by: all are drawn.
+const FAINTEST: f64 = 1e-290;
+
 impl Draw {
+    /// Starts at a part of the first step, 0 to 1.
+    fn new(step: f64, start: f64) -> Self {
+        let step = if step >= FAINTEST { step } else { 0.0 };
+        Self { next: start * step, step, sum: 0.0 }
+    }
+
     /// Passes over weights with this sum when nothing is drawn there.
     #[inline]
     fn passes(&mut self, total: f64) -> bool {
@@ -145,6 +153,9 @@ impl Draw {
     /// Tells how often a weight is drawn, in units of how often it is in the mean; `None` when it is not.
     #[inline]
     fn scale(&mut self, weight: f64) -> Option<f64> {
+        if self.step == 0.0 {
+            return (weight > 0.0).then_some(1.0);
+        }
         self.sum += weight;
         let mut times = 0_u32;
         while self.next < self.sum {
@@ -160,6 +171,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn all_of_the_faintest_are_drawn() {
+        for step in [0.0, 5e-324, 1e-300] {
+            let mut draw = Draw::new(step, 0.7);
+            assert!(!draw.passes(5e-324));
+            let drawn = [5e-324, 0.0, 1e-310].map(|weight| draw.scale(weight));
+            assert_eq!(drawn, [Some(1.0), None, Some(1.0)]);
+        }
+    }
+
+    #[test]
     fn every_weight_is_drawn_as_often_as_it_weighs() {
         let weights = [0.5, 0.0, 3.0, 0.05, 0.0, 7.0, 0.25];
         let total: f64 = weights.iter().sum();
@@ -168,7 +189,7 @@ mod tests {
         for i in 0..starts {
             let step = total / 3.0;
             let start = (f64::from(i) + 0.5) / f64::from(starts);
-            let mut draw = Draw { next: start * step, step, sum: 0.0 };
+            let mut draw = Draw::new(step, start);
             let mut drawn = 0.0;
             for (mean, weight) in means.iter_mut().zip(weights) {
                 if let Some(scale) = draw.scale(weight) {

@@ -8,6 +8,9 @@ use super::receiver::Receiver;
 /// The most point lights that are all asked for each sample of a pixel or each end of a gathering ray; of more, so many are drawn.
 const MOST: usize = 8;
 
+/// Below this step, numbers are too coarse to draw by.
+const FAINTEST: f64 = 1e-290;
+
 /// Gives, for every point light that sheds light on the receiver, I W / d^2 and the ray on which nothing may stand.
 fn connections(scene: &Scene, receiver: &Receiver) -> impl Iterator<Item = (Ray, Rgb)> {
     scene.lights().iter().filter_map(|light| {
@@ -37,6 +40,10 @@ pub(super) fn few_connections(
     }
     let all: Vec<(Ray, Rgb)> = connections(scene, receiver).collect();
     let step = all.iter().map(|(_, light)| light.luminance()).sum::<f64>() / MOST as f64;
+    if step < FAINTEST {
+        all.into_iter().for_each(take);
+        return;
+    }
     let [start, ..] = stream.next_4d();
     let (mut sum, mut next) = (0.0, start * step);
     for (ray, light) in all {

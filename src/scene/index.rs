@@ -2,7 +2,8 @@
 //!
 //! The answer is the same either way: the object whose hit is nearest. Surfaces that lie in one place, as far as rounding
 //! can tell, are ordered by what is meant: one that shines at the ray comes before others, then one whose face is turned to
-//! the ray, then the one with the smaller area (a carpet lies on a floor), then the first among the objects.
+//! the ray, then the one with the smaller area (a carpet lies on a floor), then the one that reflects more, then the first
+//! among the objects.
 
 use glam::DVec3;
 
@@ -307,10 +308,12 @@ impl Order {
         objects: &[Object],
         ray: &Ray,
         (index, hit): &(usize, Hit),
-    ) -> (bool, bool, f64, usize) {
+    ) -> (bool, bool, f64, f64, usize) {
         let faces_away = hit.normal.dot(ray.direction) >= 0.0;
-        let is_dark = faces_away || objects[*index].material(hit).exitance.is_black();
-        (is_dark, faces_away, self.areas[*index], *index)
+        let material = objects[*index].material(hit);
+        let is_dark = faces_away || material.exitance.is_black();
+        let albedo = material.brdf.albedo(hit.normal, hit.normal);
+        (is_dark, faces_away, self.areas[*index], -albedo, *index)
     }
 }
 

@@ -122,7 +122,8 @@ fn reflected(vertex: &Vertex) -> Rgb {
     if let Brdf::Lambert { reflectance } = brdf {
         return *reflectance;
     }
-    let ways = (1..=SAMPLES * SAMPLES).map(lattice);
+    // A pixel has as many vertices; each is looked at along a few ways.
+    let ways = (1..=SAMPLES).map(lattice);
     let ways = ways.filter_map(|u| brdf.sample(vertex.normal, vertex.outgoing, u));
     let mean = ways.map(|way| way.weight).sum::<Rgb>();
     let luminance = mean.luminance();

@@ -173,7 +173,8 @@ impl Scene {
     /// Finds the first object along a ray, unrefined.
     ///
     /// Of surfaces that lie in one place, as far as rounding can tell, one that shines at the ray comes first, then one
-    /// whose face is turned to the ray, then the one with the smaller area, then the one with the lowest index.
+    /// whose face is turned to the ray, then the one with the smaller area, then the one that reflects more, then the
+    /// one with the lowest index.
     pub fn hit(&self, ray: &Ray) -> Option<(usize, Hit)> {
         self.index.hit(&self.objects, ray)
     }
@@ -253,6 +254,13 @@ impl Scene {
         Some((other.normal, first))
     }
 
+    /// Whether another object lies in the place of a hit and counts there instead, for rays from the side of the normal (`sign` 1) or
+    /// from the other (-1).
+    pub fn counts_before(&self, object: usize, hit: &Hit, sign: f64) -> bool {
+        let ray = self.through(object, hit, sign * hit.normal);
+        self.hit(&ray).is_some_and(|(first, _)| first != object)
+    }
+
     /// Puts a sensor on the surface that it is meant to lie on: the uppermost that is within a millionth of its object's size
     /// above or below it. A sensor that was placed on a surface ([`Sensor::on`]) is left as it is.
     pub fn settled(&self, sensor: &Sensor) -> Sensor {
@@ -268,7 +276,9 @@ impl Scene {
             let height = (hit.point - sensor.at).dot(up);
             let near =
                 (ON_SURFACE * self.index.size(object)).max(self.index.coincidence(object, &hit));
-            if height.abs() <= near {
+            // What shines at the sensor is before it, however near.
+            let lights_it = hit.normal.dot(up) < 0.0 && self.objects[object].emits();
+            if height.abs() <= near && !lights_it {
                 let at = if height > 0.0 { hit.point } else { sensor.at };
                 // Rays leave along the sensor's own normal, which may be tilted against the surface.
                 let error = hit.error / hit.normal.dot(up).abs().max(1e-3);

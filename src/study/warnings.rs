@@ -62,11 +62,10 @@ pub(super) fn coincidences(scene: &Scene, solids: &[Solid]) -> Vec<String> {
             let in_place: Vec<_> = in_place.collect();
             let alike = in_place.iter().find(|(h, (normal, _))| h.normal.dot(*normal) > 0.0);
             // Each pair is told once, by the smaller or the first of equals.
-            if let Some((_, (_, first))) =
-                alike.filter(|_| j > i || area_of(&objects[j]) > area.area())
-            {
+            let tells = (area.area(), i) < (area_of(&objects[j]), j);
+            if let Some((_, (_, first))) = alike.filter(|_| tells) {
                 let what = if both_shine {
-                    "there their light adds up".to_owned()
+                    format!("there their light adds up, and `{}` reflects", objects[*first].name)
                 } else {
                     format!("there `{}` counts", objects[*first].name)
                 };
@@ -83,9 +82,7 @@ pub(super) fn coincidences(scene: &Scene, solids: &[Solid]) -> Vec<String> {
         }
         found
     };
-    let mut all: Vec<String> = (0..objects.len()).into_par_iter().flat_map_iter(of).collect();
-    all.dedup();
-    all
+    (0..objects.len()).into_par_iter().flat_map_iter(of).collect()
 }
 
 fn area_of(object: &Object) -> f64 {
@@ -107,7 +104,9 @@ pub(super) fn just_under(sensor: &Sensor, scene: &Scene) -> Option<(String, f64)
     let (object, hit) = scene.hit(&ray)?;
     let bounds = scene.objects()[object].surface.bounds();
     let near = JUST_UNDER * bounds.extent().length();
-    let covers = hit.normal.dot(ray.direction).abs() > 0.5 && hit.distance <= near;
+    let cos = hit.normal.dot(ray.direction);
+    let lights_it = cos < 0.0 && scene.objects()[object].emits();
+    let covers = cos.abs() > 0.5 && hit.distance <= near && !lights_it;
     (bounds.is_finite() && covers).then(|| (scene.objects()[object].name.clone(), hit.distance))
 }
 

@@ -12,24 +12,35 @@ pub(super) struct Patches {
     pub(super) facets: Vec<Facet>,
     /// The reflectance of each, the same on both sides.
     pub(super) reflectance: Vec<Rgb>,
-    /// The exitance of each, lm/m2, on the side of the normal.
+    /// The exitance of each, lm/m2, on the side of the normal, with that of others that shine in its place.
     pub(super) exitance: Vec<Rgb>,
+    /// Whether another surface lies in the place of each and counts there, on the side of the normal and on the other.
+    covered: Vec<[bool; 2]>,
 }
 
 impl Patches {
     /// Divides the surfaces of a scene into about `count` patches.
     pub(super) fn new(scene: &Scene, count: usize) -> Result<Self> {
         let lights: Vec<_> = scene.lights().iter().map(|light| light.at).collect();
-        let mut patches =
-            Self { facets: Vec::new(), reflectance: Vec::new(), exitance: Vec::new() };
-        for object in scene.objects() {
+        let mut patches = Self {
+            facets: Vec::new(),
+            reflectance: Vec::new(),
+            exitance: Vec::new(),
+            covered: Vec::new(),
+        };
+        for (number, object) in scene.objects().iter().enumerate() {
             let Some(surface) = &object.area else { return Err(infinite(object)) };
             let share = surface.area() / scene.area();
             let count = ((count as f64 * share).round() as usize).max(1);
             for facet in surface.facets(&Division { count, lights: &lights }) {
                 let material = object.material(&facet.middle);
                 patches.reflectance.push(reflectance(object, &material.brdf)?);
-                patches.exitance.push(material.exitance);
+                let front = scene.vertex_at(number, facet.middle, facet.middle.normal);
+                let shines = !material.exitance.is_black();
+                let all = scene.emitted(&front) * std::f64::consts::PI;
+                patches.exitance.push(if shines { all } else { Rgb::BLACK });
+                let covers = |sign: f64| scene.counts_before(number, &facet.middle, sign);
+                patches.covered.push([covers(1.0), covers(-1.0)]);
                 patches.facets.push(facet);
             }
             if patches.facets.len() > MAX_PATCHES {
@@ -49,12 +60,18 @@ impl Patches {
 
     /// Gives the reflectance of a side.
     pub(super) fn reflectance(&self, side: usize) -> Rgb {
-        self.reflectance[side / 2]
+        if self.is_covered(side) { Rgb::BLACK } else { self.reflectance[side / 2] }
     }
 
     /// Gives the exitance of a side, lm/m2.
     pub(super) fn exitance(&self, side: usize) -> Rgb {
-        if side.is_multiple_of(2) { self.exitance[side / 2] } else { Rgb::BLACK }
+        let shines = side.is_multiple_of(2) && !self.is_covered(side);
+        if shines { self.exitance[side / 2] } else { Rgb::BLACK }
+    }
+
+    /// Whether another surface lies in the place of a side and counts there.
+    pub(super) fn is_covered(&self, side: usize) -> bool {
+        self.covered[side / 2][side % 2]
     }
 
     /// Counts the sides.

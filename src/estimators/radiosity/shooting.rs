@@ -99,7 +99,7 @@ impl Exchanged {
             .collect();
         let lamps: Rgb = scene.lights().iter().map(crate::scene::PointLight::flux).sum();
         let surfaces: Rgb =
-            patches.facets.iter().zip(&patches.exitance).map(|(f, m)| *m * f.area).sum();
+            (0..patches.sides()).map(|s| patches.exitance(s) * patches.facet(s).area).sum();
         Self { arrived, unshot, emitted: lamps + surfaces }
     }
 
@@ -192,7 +192,9 @@ fn arriving(scene: &Scene, patches: &Patches, from: usize, to: std::ops::Range<u
         let near = are_near(facet, shooter);
         let points = if near { &facet.points[..] } else { std::slice::from_ref(&facet.middle) };
         for (k, hit) in points.iter().enumerate() {
-            for side in [2 * receiver, 2 * receiver + 1] {
+            for side in
+                [2 * receiver, 2 * receiver + 1].into_iter().filter(|s| !patches.is_covered(*s))
+            {
                 let normal = sign(side) * hit.normal;
                 let factor = facing_sign * contour::factor(&shooter.corners, hit.point, normal);
                 if factor <= 0.0 {
