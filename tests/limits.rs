@@ -44,7 +44,8 @@ fn first_pass_may_be_left_half_way() {
     assert!(rendering.film.relative_error_of(0.95).is_none());
 }
 
-/// Walks of a hundred thousand hits, sensors, gathering rays through mirrors: all are left off, and nothing is known.
+/// Walks of a hundred thousand hits, sensors, gathering rays through mirrors: all are left off, and
+/// nothing is known.
 #[test]
 fn nothing_is_known_of_what_was_not_reached() {
     let white = grey(0.99999);

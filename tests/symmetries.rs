@@ -1,7 +1,9 @@
-//! What is invariant: a scene that is moved, scaled, turned, mirrored, told in another order or cut in two has the same light.
+//! What is invariant: a scene that is moved, scaled, turned, mirrored, told in another order or cut
+//! in two has the same light.
 //!
-//! Every primitive, a mesh and an SH body, all kinds of material and lamp take part. Seeds are fixed; a value may differ by four
-//! joint standard errors (one in 16 000 by chance, were the runs independent) and by roundings.
+//! Every primitive, a mesh and an SH body, all kinds of material and lamp take part. Seeds are
+//! fixed; a value may differ by four joint standard errors (one in 16 000 by chance, were the runs
+//! independent) and by roundings.
 
 mod common;
 
@@ -149,7 +151,8 @@ const LIT: [Lit; 8] = [
     }),
 ];
 
-/// A lamp 10 cm above a surface through the origin, sensors from 0.3 m to 1000 km above it: a quarter of the light was lost.
+/// A lamp 10 cm above a surface through the origin, sensors from 0.3 m to 1000 km above it: a
+/// quarter of the light was lost.
 #[test]
 fn light_of_a_surface_is_the_same_wherever_it_stands_and_from_however_far() {
     for (name, lit) in LIT {
@@ -290,7 +293,8 @@ fn lamp_and_sensor_may_be_swapped() {
     }
 }
 
-/// A floor and the lamps above it, whole and in two halves; the round ones as meshes that are nearly so.
+/// A floor and the lamps above it, whole and in two halves; the round ones as meshes that are
+/// nearly so.
 #[test]
 fn objects_may_be_cut_in_two() {
     let v = DVec3::new;
@@ -318,7 +322,8 @@ fn objects_may_be_cut_in_two() {
     }
 }
 
-/// A lamp in the plane of its ceiling, two lamps in one place, a carpet on a floor, two rooms with one wall between them.
+/// A lamp in the plane of its ceiling, two lamps in one place, a carpet on a floor, two rooms with
+/// one wall between them.
 #[test]
 fn surfaces_in_one_place_count_as_they_are_meant() {
     let v = DVec3::new;

@@ -7,7 +7,8 @@ use harmolux::estimators::{ImageSettings, Progress, walks_per_sample};
 
 use super::{progress, say};
 
-/// Foresees whether the time suffices for two passes, without which no error is known, and says so once if not.
+/// Foresees whether the time suffices for two passes, without which no error is known, and says so
+/// once if not.
 pub(crate) struct Foresight {
     limit: Option<Duration>,
     passes: f64,

@@ -247,8 +247,8 @@ fn groups<'a>(
     counted: bool,
 ) -> Vec<Group<'a>> {
     let mut start = 0;
-    // No estimate but that of photons finds what mirrors throw from point lights onto a sensor; radiosity that was cut short has
-    // light left to pass on.
+    // No estimate but that of photons finds what mirrors throw from point lights onto a sensor;
+    // radiosity that was cut short has light left to pass on.
     let cut_short = survey.radiosity.is_some() && survey.ending != Ending::Converged;
     let missing = cut_short || survey.caustic > 0.0 && !counted;
     let group = |(group, known): (&'a SensorGroup, Option<Vec<f64>>)| {

@@ -80,7 +80,8 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
     format!("{x:.decimals$}")
 }
 
-/// Returns for each column how many significant digits, four at least, tell different numbers apart.
+/// Returns for each column how many significant digits, four at least, tell different numbers
+/// apart.
 pub(crate) fn columns<const N: usize>(rows: &[[f64; N]]) -> [usize; N] {
     std::array::from_fn(|column| {
         let mut numbers: Vec<f64> = rows.iter().map(|row| row[column]).collect();

@@ -1,4 +1,5 @@
-//! Lamps by shape, size and reflectance of the room, and a surface at the origin; the truth is a long run of its own seed.
+//! Lamps by shape, size and reflectance of the room, and a surface at the origin; the truth is a
+//! long run of its own seed.
 
 use std::ops::ControlFlow;
 

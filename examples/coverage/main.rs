@@ -1,10 +1,11 @@
-//! Whether intervals hold the truth as often as they claim: 200 seeds of problems whose answer is known, with the stop at a
-//! target error switched on, and of lamps of many sizes, with a fixed number of walks.
+//! Whether intervals hold the truth as often as they claim: 200 seeds of problems whose answer is
+//! known, with the stop at a target error switched on, and of lamps of many sizes, with a fixed
+//! number of walks.
 //!
 //!     cargo run --release --example coverage
 //!
-//! Each value must be held at least 174 times of 200 by its 95 % interval (a binomial count falls below with probability 1e-5),
-//! all together by 93 to 97 % of them.
+//! Each value must be held at least 174 times of 200 by its 95 % interval (a binomial count falls
+//! below with probability 1e-5), all together by 93 to 97 % of them.
 
 mod lamps;
 mod pictures;

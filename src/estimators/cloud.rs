@@ -17,7 +17,8 @@ pub(super) const WALKS: usize = 32;
 
 /// Holds the nodes of some walks.
 pub(super) struct Cloud<'a> {
-    /// Diffuse hits first, as they are in `blocks`, those on smooth meshes last; then glossy ones and starts.
+    /// Diffuse hits first, as they are in `blocks`, those on smooth meshes last; then glossy ones
+    /// and starts.
     nodes: Vec<Node<'a>>,
     diffuse: usize,
     blocks: Vec<Block>,

@@ -87,7 +87,8 @@ pub(super) struct Estimated {
 }
 
 impl Estimated {
-    /// Returns the luminance of the light, 0 where it is no more than the roundings of what was added and taken off again.
+    /// Returns the luminance of the light, 0 where it is no more than the roundings of what was
+    /// added and taken off again.
     pub(super) fn luminance(&self) -> f64 {
         let luminance = self.light.total().luminance();
         if luminance.abs() <= Light::ROUNDING * self.unhindered { 0.0 } else { luminance }

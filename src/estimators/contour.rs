@@ -54,11 +54,13 @@ fn above_horizon(relative: &[DVec3; 4], heights: &[f64; 4]) -> ArrayVec<DVec3, 8
     kept
 }
 
-/// Returns the configuration factor of a disc at the origin, from where it is seen, for the unit `normal`: its projected solid
-/// angle over pi. `axis` is the unit normal of the disc on the side that is seen; what is below the horizon is cut off.
+/// Returns the configuration factor of a disc at the origin, from where it is seen, for the unit
+/// `normal`: its projected solid angle over pi. `axis` is the unit normal of the disc on the side
+/// that is seen; what is below the horizon is cut off.
 ///
-/// The rim r(phi) turns counter-clockwise about the axis, and n.(r x r') / r^2 is integrated in closed form (Lambert 1760) over
-/// the part of it that is above the horizon; a chord along the horizon closes the contour.
+/// The rim r(phi) turns counter-clockwise about the axis, and n.(r x r') / r^2 is integrated in
+/// closed form (Lambert 1760) over the part of it that is above the horizon; a chord along the
+/// horizon closes the contour.
 pub(super) fn round(centre: DVec3, axis: DVec3, radius: f64, normal: DVec3) -> f64 {
     let rim = Rim::new(centre, axis, radius, normal);
     let (along, height) = (DVec2::new(normal.dot(rim.e1), normal.dot(rim.e2)), normal.dot(centre));
@@ -76,8 +78,8 @@ pub(super) fn round(centre: DVec3, axis: DVec3, radius: f64, normal: DVec3) -> f
     -sum / TAU
 }
 
-/// Returns the outline of a sphere at the origin, from where it is seen, as centre, axis and radius of a disc on the unit sphere;
-/// `None` from inside.
+/// Returns the outline of a sphere at the origin, from where it is seen, as centre, axis and radius
+/// of a disc on the unit sphere; `None` from inside.
 pub(super) fn outline(centre: DVec3, radius: f64) -> Option<(DVec3, DVec3, f64)> {
     let distance = centre.length();
     (distance > radius).then(|| {
@@ -107,7 +109,8 @@ struct Rim {
 impl Rim {
     fn new(centre: DVec3, axis: DVec3, radius: f64, normal: DVec3) -> Self {
         let aside = centre.reject_from_normalized(axis);
-        // What is left by rounding alone has no direction; of the rest a second step makes it perpendicular.
+        // What is left by rounding alone has no direction; of the rest a second step makes it
+        // perpendicular.
         let e1 = if aside.length() > 1e-12 * centre.length() {
             aside.normalize().reject_from_normalized(axis).normalize()
         } else {
@@ -140,8 +143,9 @@ impl Rim {
         self.centre + self.radius * (cos * self.e1 + sin * self.e2)
     }
 
-    /// Returns the integral of n.(r x r') / r^2 up to an angle, but for a constant. With q = b / (a + root) it is a Fourier
-    /// series in q that sums to an arc tangent; no difference of large terms is left as q goes to 0.
+    /// Returns the integral of n.(r x r') / r^2 up to an angle, but for a constant. With
+    /// q = b / (a + root) it is a Fourier series in q that sums to an arc tangent; no difference of
+    /// large terms is left as q goes to 0.
     fn integral(&self, angle: f64) -> f64 {
         let Self { a, b, root, q, .. } = *self;
         let (sin, cos) = angle.sin_cos();
@@ -253,7 +257,8 @@ mod tests {
 
     #[test]
     fn disc_is_that_of_the_catalogue_and_of_a_fine_polygon() {
-        // Parallel, h above it and r aside: (1 - (q - R^2) / sqrt((q + R^2)^2 - 4 R^2 r^2)) / 2, q = h^2 + r^2.
+        // Parallel, h above it and r aside: (1 - (q - R^2) / sqrt((q + R^2)^2 - 4 R^2 r^2)) / 2, q
+        // = h^2 + r^2.
         let parallel = |radius: f64, h: f64, r: f64| {
             let (q, r2) = (h * h + r * r, radius * radius);
             0.5 * (1.0 - (q - r2) / ((q + r2).powi(2) - 4.0 * r2 * r * r).sqrt())
@@ -288,8 +293,8 @@ mod tests {
             let found = factor(5.0 * towards, 0.5, DVec3::Z);
             assert!((found - 0.01 * towards.z).abs() <= 1e-15, "{towards}: {found}");
         }
-        // Half below the horizon: a ball on the horizon at distance d. Howell's formula for a plane that cuts a sphere, h = 0:
-        // F = (asin(1 / D) - sqrt(D^2 - 1) / D^2) / pi, D = d / r.
+        // Half below the horizon: a ball on the horizon at distance d. Howell's formula for a plane
+        // that cuts a sphere, h = 0: F = (asin(1 / D) - sqrt(D^2 - 1) / D^2) / pi, D = d / r.
         let d: f64 = 2.0;
         let half = ((1.0 / d).asin() - (d * d - 1.0).sqrt() / (d * d)) / PI;
         assert!((factor(2.0 * DVec3::X, 1.0, DVec3::Z) - half).abs() <= 1e-14);

@@ -125,7 +125,8 @@ impl<'a> Connector<'a> {
         }
     }
 
-    /// Returns what a gathering ray sees shine: the unknown part of what it has met, less the known part of what is hidden from it.
+    /// Returns what a gathering ray sees shine: the unknown part of what it has met, less the known
+    /// part of what is hidden from it.
     fn shining(
         &self,
         from: &Estimate,

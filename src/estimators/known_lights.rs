@@ -1,8 +1,10 @@
-//! Lights of simple shapes: what a receiver gets from them is known in closed form, but for what stands between.
+//! Lights of simple shapes: what a receiver gets from them is known in closed form, but for what
+//! stands between.
 //!
-//! With X the contribution of a sample as if nothing stood between, V its visibility and C the mean of X in closed form,
-//! a C + (1 - a) X V - a X (1 - V) has the right mean for every a (a control variate). With a the visible share, looked up by
-//! a few rays of its own, it is C, exact, where all is visible, and 0 where nothing is.
+//! With X the contribution of a sample as if nothing stood between, V its visibility and C the mean
+//! of X in closed form, a C + (1 - a) X V - a X (1 - V) has the right mean for every a (a control
+//! variate). With a the visible share, looked up by a few rays of its own, it is C, exact, where
+//! all is visible, and 0 where nothing is.
 
 use std::f64::consts::PI;
 
@@ -15,14 +17,16 @@ use crate::surface::{Division, Facet, Hit, Outline, SampleArea};
 use super::contour;
 use super::receiver::Receiver;
 
-/// The most facets of an object that counts as known, and how far, relative to their size, a corner may stand out.
+/// The most facets of an object that counts as known, and how far, relative to their size, a corner
+/// may stand out.
 const MOST_FACETS: usize = 64;
 const FLAT: f64 = 1e-9;
 
 /// Points of a round light that are looked for.
 const LOOKS: u32 = 8;
 
-/// Holds the emitting objects of a scene whose light is known: convex bodies of flat facets, discs and spheres.
+/// Holds the emitting objects of a scene whose light is known: convex bodies of flat facets, discs
+/// and spheres.
 pub(super) struct KnownLights(Vec<KnownLight>);
 
 struct KnownLight {
@@ -31,7 +35,8 @@ struct KnownLight {
 }
 
 enum Shape {
-    /// Facets that shine. Of a convex body a point sees only those that face it, and none of those hides another.
+    /// Facets that shine. Of a convex body a point sees only those that face it, and none of those
+    /// hides another.
     Facets(Vec<(Facet, Rgb)>),
     Disc {
         centre: DVec3,
@@ -77,7 +82,8 @@ impl KnownLights {
         Self(scene.emitters().iter().filter_map(|e| light(e.object)).collect())
     }
 
-    /// Looks at the known lights from a receiver that answers light by the cosine; nothing is known to another.
+    /// Looks at the known lights from a receiver that answers light by the cosine; nothing is known
+    /// to another.
     pub(super) fn seen_from(&self, scene: &Scene, receiver: &Receiver) -> Outlook {
         let mut outlook = Outlook::default();
         let Some((factor, normal)) = receiver.diffuse().filter(|_| !self.0.is_empty()) else {
@@ -116,7 +122,8 @@ impl Look<'_> {
 }
 
 impl Shape {
-    /// Returns the illuminance by all of the light as if nothing stood between, and looks at some of its points.
+    /// Returns the illuminance by all of the light as if nothing stood between, and looks at some
+    /// of its points.
     fn seen(&self, scene: &Scene, object: usize, look: &mut Look) -> Rgb {
         let (at, normal) = (look.from.point, look.normal);
         let surface = &scene.objects()[object].surface;

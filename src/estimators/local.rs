@@ -57,7 +57,8 @@ pub struct SensorSettings {
 /// Holds a finished survey and how it came about.
 #[derive(Debug, Clone)]
 pub struct Survey {
-    /// One result per sensor; [`Measured::UNKNOWN`] where the time was up before any walk was served to it.
+    /// One result per sensor; [`Measured::UNKNOWN`] where the time was up before any walk was
+    /// served to it.
     pub results: Vec<Measured>,
     /// What each sensor received in each replicate, lx; sensors share their walks, so that replicates of one number belong together. NaN by radiosity.
     pub replicates: Vec<[f64; REPLICATES]>,
@@ -67,7 +68,7 @@ pub struct Survey {
     pub walks: u64,
     /// The share of the walks' flux that left an open scene; NaN where there are no walks of light to tell.
     pub escaped: f64,
-    /// The share of all flux that comes to surfaces from point lights by mirrors. A sensor gets none of that straight: no estimate finds a point in a
+    /// The share of all light that point lights shed on mirrors and these send on. A sensor gets none of that straight: no estimate finds a point in a
     /// mirror. A light with an extent has no such share.
     pub caustic: f64,
     /// The time it took.
@@ -77,8 +78,8 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Gives the survey of some sensors the places they have among all: those of which `counts` is true, in order. The others
-    /// have measured NaN.
+    /// Gives the survey of some sensors the places they have among all: those of which `counts` is
+    /// true, in order. The others have measured NaN.
     pub fn scattered(self, counts: &[bool]) -> Self {
         let unknown = (Measured::UNKNOWN, [f64::NAN; REPLICATES]);
         let (mut results, mut replicates) = (self.results.into_iter(), self.replicates.into_iter());
@@ -330,8 +331,8 @@ struct Run<'a> {
     weightings: Vec<Weighting>,
     /// Where photons are counted.
     counters: Vec<Counter<'a>>,
-    /// The walks of each replicate so far, for each [`SERVED_TOGETHER`] receivers: some have more than others where the time
-    /// was up in between.
+    /// The walks of each replicate so far, for each [`SERVED_TOGETHER`] receivers: some have more
+    /// than others where the time was up in between.
     done: Vec<u64>,
 }
 
@@ -386,8 +387,8 @@ impl<'a> Run<'a> {
         self.weightings = weightings;
     }
 
-    /// Adds the walks `first..first + count` of every replicate to every sensor, as many as there is time for; returns the flux
-    /// that escaped.
+    /// Adds the walks `first..first + count` of every replicate to every sensor, as many as there
+    /// is time for; returns the flux that escaped.
     fn add_walks(
         &mut self,
         first: u64,
@@ -440,7 +441,8 @@ impl<'a> Run<'a> {
             }
             count
         };
-        // A replicate's walks stay at hand while they serve some sensors; few sensors keep all threads busy too.
+        // A replicate's walks stay at hand while they serve some sensors; few sensors keep all
+        // threads busy too.
         let chunks = sums.par_chunks_mut(SERVED_TOGETHER).enumerate();
         let added: Vec<u64> = chunks.map(|(chunk, sums)| add(chunk, sums)).collect();
         self.done.iter_mut().zip(added).for_each(|(done, added)| *done += added);
@@ -472,7 +474,8 @@ impl<'a> Run<'a> {
         if ends() { Walked::default() } else { self.launcher.follow(stream, &ends) }
     }
 
-    /// Adds a block of walks, or of paths when there are none, to one sensor of one replicate, if there is time.
+    /// Adds a block of walks, or of paths when there are none, to one sensor of one replicate, if
+    /// there is time.
     fn serve<'w>(
         &'w self,
         sensor: usize,

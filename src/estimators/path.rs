@@ -1,7 +1,8 @@
 //! Backward path tracing: the reference that shares nothing with the walks.
 //!
 //! From the receiver onwards by BRDF samples; point lights are connected at every vertex, emitting surfaces are met by chance and sampled by area,
-//! the samples by area taking up to as much as the chance finds (c = min(1, p_area / p_chance)); Russian roulette ends a path.
+//! the samples by area taking up to as much as the chance finds (c = min(1, p_area / p_chance));
+//! Russian roulette ends a path.
 
 use glam::DVec2;
 

@@ -158,7 +158,8 @@ impl Control {
     }
 }
 
-/// Asks from within long work, on any thread, whether the run is to end at once: its time is up, or the observer breaks it.
+/// Asks from within long work, on any thread, whether the run is to end at once: its time is up, or
+/// the observer breaks it.
 pub(super) struct Watch<'a> {
     control: &'a Control,
     observer: Observer<'a>,

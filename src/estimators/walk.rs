@@ -19,7 +19,8 @@ use super::receiver::Receiver;
 pub struct Node<'a> {
     /// Where.
     pub vertex: Vertex<'a>,
-    /// The flux that leaves an emitting surface here, or arrives at a hit, lm; that of all hits it stands for in a long walk.
+    /// The flux that leaves an emitting surface here, or arrives at a hit, lm; that of all hits it
+    /// stands for in a long walk.
     pub flux: Rgb,
     /// For the start on an emitting surface: the density, 1/m2, with which walks start here. `None` at a hit.
     pub start_density: Option<f64>,
@@ -124,9 +125,9 @@ impl<'a> Launcher<'a> {
         }
     }
 
-    /// Returns the share of all light, 0 to 1, that point lights shed on mirrors and these send on, looked up by some thousand
-    /// rays. A receiver gets none of it straight, since no ray from there can find a point in a mirror. (From surfaces that
-    /// emit it gets that, too.)
+    /// Returns the share of all light, 0 to 1, that point lights shed on mirrors and these send on,
+    /// looked up by some thousand rays. A receiver gets none of it straight, since no ray from
+    /// there can find a point in a mirror. (From surfaces that emit it gets that, too.)
     pub(super) fn caustic_share(&self, randomness: Randomness, seed: u64) -> f64 {
         if !self.scene.has_mirrors() || self.scene.lights().is_empty() {
             return 0.0;
@@ -236,8 +237,9 @@ impl<'a> Launcher<'a> {
     }
 }
 
-/// Thins the hits of a long walk out, so that its memory grows with the logarithm of its length: after [`ALL_KEPT`] hits one of
-/// two is kept and stands for both, after as many more one of four, and so on.
+/// Thins the hits of a long walk out, so that its memory grows with the logarithm of its length:
+/// after [`ALL_KEPT`] hits one of two is kept and stands for both, after as many more one of four,
+/// and so on.
 #[derive(Default)]
 struct Thinning {
     hits: u64,
@@ -254,7 +256,8 @@ const ALL_KEPT: u64 = 64;
 impl Thinning {
     /// Returns a hit as it is to be kept, if at all: of each stride one, drawn at random.
     fn take<'a>(&mut self, node: Node<'a>, stream: &mut Stream) -> Option<Node<'a>> {
-        // Strides 1, 2, 4, ... hold ALL_KEPT kept hits each, so they begin at ALL_KEPT (stride - 1).
+        // Strides 1, 2, 4, ... hold ALL_KEPT kept hits each, so they begin at ALL_KEPT (stride -
+        // 1).
         let stride = 1_u64 << (self.hits / ALL_KEPT + 1).ilog2();
         let place = (self.hits - ALL_KEPT * (stride - 1)) % stride;
         if place == 0 && stride > 1 {
@@ -310,8 +313,9 @@ mod tests {
             sum += nodes.iter().map(|n| n.flux.luminance()).sum::<f64>() / launcher.power();
             longest = longest.max(nodes.len());
         }
-        // What arrives is 1 / (1 - reflectance) times what is sent; lengths are as good as exponential, so the mean of 400 has
-        // a standard error of 5 %, less for Sobol's points. Four of them.
+        // What arrives is 1 / (1 - reflectance) times what is sent; lengths are as good as
+        // exponential, so the mean of 400 has a standard error of 5 %, less for Sobol's points.
+        // Four of them.
         let mean = sum / f64::from(count as u32);
         assert!((mean * 0.005 - 1.0).abs() <= 0.2, "{mean}");
         assert!(longest < 64 * 6, "{longest}");

@@ -57,12 +57,13 @@ impl Weighting {
         self.limit(first).is_finite()
     }
 
-    /// Returns the share of the connection to a walk's start, which has a known density p: c = min(1, pi p / K), where K / pi is
-    /// the density with which the gathering ray finds it.
+    /// Returns the share of the connection to a walk's start, which has a known density p: c =
+    /// min(1, pi p / K), where K / pi is the density with which the gathering ray finds it.
     ///
-    /// So the connection brings pi M at most, and the ray is left with what it finds more often than walks start there. The
-    /// balance heuristic, c = pi p / (pi p + K), leaves a little of everything to the ray: of a small lamp, which it seldom
-    /// meets, a rare large term whose absence no interval knows.
+    /// So the connection brings pi M at most, and the ray is left with what it finds more often
+    /// than walks start there. The balance heuristic, c = pi p / (pi p + K), leaves a little of
+    /// everything to the ray: of a small lamp, which it seldom meets, a rare large term whose
+    /// absence no interval knows.
     pub(super) fn start_share(&self, kernel: f64, density: f64) -> f64 {
         match self {
             Self::Walk | Self::Gather => 1.0,

@@ -1,9 +1,10 @@
 //! Which objects a ray is put to: all of them while they are few, those whose boxes it meets when they are many.
 //!
-//! The answer is the same either way: the object whose hit is nearest. Surfaces that lie in one place, as far as rounding
-//! can tell, are ordered by what is meant: one that shines at the ray comes before others, then one whose face is turned to
-//! the ray, then the one with the smaller area (a carpet lies on a floor), then the one that reflects more, then the first
-//! among the objects.
+//! The answer is the same either way: the object whose hit is nearest. Surfaces that lie in one
+//! place, as far as rounding can tell, are ordered by what is meant: one that shines at the ray
+//! comes before others, then one whose face is turned to the ray, then the one with the smaller
+//! area (a carpet lies on a floor), then the one that reflects more, then the first among the
+//! objects.
 
 use glam::DVec3;
 
@@ -65,7 +66,8 @@ impl Index {
         Self::asking(objects, everywhere, Some(Bvh::build(&rest)))
     }
 
-    /// Returns the diagonal of an object's bounds, metres; of an infinite one that of all finite ones.
+    /// Returns the diagonal of an object's bounds, metres; of an infinite one that of all finite
+    /// ones.
     pub(super) fn size(&self, object: usize) -> f64 {
         self.order.sizes[object]
     }
@@ -75,7 +77,8 @@ impl Index {
         self.order.sizes.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Returns how far from a hit of another object, metres, a surface may be that lies in the same place.
+    /// Returns how far from a hit of another object, metres, a surface may be that lies in the same
+    /// place.
     pub(super) fn coincidence(&self, object: usize, hit: &Hit) -> f64 {
         self.order.roundings[object] + 4.0 * hit.error.max(1e-300)
     }
@@ -243,7 +246,8 @@ impl Order {
         Self { areas: objects.iter().map(area).collect(), sizes, roundings, largest }
     }
 
-    /// Keeps the hit of an object on what is left of a ray when it comes before the first so far, and ends the rest there.
+    /// Keeps the hit of an object on what is left of a ray when it comes before the first so far,
+    /// and ends the rest there.
     fn keep_first(
         &self,
         objects: &[Object],
@@ -259,7 +263,8 @@ impl Order {
         }
     }
 
-    /// Returns up to where another hit may turn out to be the first: as far as it may lie in the same place.
+    /// Returns up to where another hit may turn out to be the first: as far as it may lie in the
+    /// same place.
     fn just_beyond(&self, ray: &Ray, (index, hit): &(usize, Hit)) -> f64 {
         let apart = self.roundings[*index] + self.largest + END_ROUNDING * hit.distance;
         let cos = hit.normal.dot(ray.direction).abs();
@@ -275,7 +280,8 @@ impl Order {
 
     /// Returns the first of two hits.
     ///
-    /// The end of a ray may move a hit by a rounding: only the answers to the whole ray decide between near equals.
+    /// The end of a ray may move a hit by a rounding: only the answers to the whole ray decide
+    /// between near equals.
     fn first_of_two(
         &self,
         objects: &[Object],
@@ -497,7 +503,8 @@ mod tests {
         Object::new("flat", Rectangle::new(corner, u, v).expect("valid"), material)
     }
 
-    /// A ceiling at 3 m, and what lies in it: whatever the order, a lamp comes first, then what faces the ray, then the smaller.
+    /// A ceiling at 3 m, and what lies in it: whatever the order, a lamp comes first, then what
+    /// faces the ray, then the smaller.
     #[test]
     fn of_surfaces_in_one_place_the_one_that_is_meant_comes_first() {
         let lamp = || grey().emitting(Rgb::WHITE);

@@ -45,8 +45,9 @@ impl Sensor {
         Self { at: hit.point, normal: hit.normal, measure, error: hit.error }
     }
 
-    /// Describes the sensor as a hit, so that its rays leave by the same policy as everywhere: the bound on its position, a few
-    /// roundings at least, keeps a sensor that lies on a surface from being shadowed by that surface.
+    /// Describes the sensor as a hit, so that its rays leave by the same policy as everywhere: the
+    /// bound on its position, a few roundings at least, keeps a sensor that lies on a surface from
+    /// being shadowed by that surface.
     pub fn as_hit(&self) -> Hit {
         Hit {
             distance: 0.0,

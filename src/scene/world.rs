@@ -77,9 +77,9 @@ impl Vertex<'_> {
         1.0_f64.copysign(self.hit.normal.dot(self.outgoing)) * self.hit.normal
     }
 
-    /// Returns by how much the light that arrives from `outgoing` is stronger per area of the shading surface than of the true
-    /// one; 1 where they are the same. What walks bring has to count it, as what is seen backwards is lit by the shading cosine
-    /// (Veach 1997, section 5.3).
+    /// Returns by how much the light that arrives from `outgoing` is stronger per area of the
+    /// shading surface than of the true one; 1 where they are the same. What walks bring has to
+    /// count it, as what is seen backwards is lit by the shading cosine (Veach 1997, section 5.3).
     pub fn arriving(&self) -> f64 {
         if self.is_flat() {
             return 1.0;
@@ -87,8 +87,8 @@ impl Vertex<'_> {
         self.normal.dot(self.outgoing).max(0.0) / self.hit.normal.dot(self.outgoing).abs()
     }
 
-    /// Returns by how much more light a walk carries on to `direction` than a sample by the shading normal says; `None` below the
-    /// true surface.
+    /// Returns by how much more light a walk carries on to `direction` than a sample by the shading
+    /// normal says; `None` below the true surface.
     pub fn adjoint(&self, direction: DVec3) -> Option<f64> {
         if self.is_flat() {
             return Some(1.0);
@@ -172,9 +172,9 @@ impl Scene {
 
     /// Finds the first object along a ray, unrefined.
     ///
-    /// Of surfaces that lie in one place, as far as rounding can tell, one that shines at the ray comes first, then one
-    /// whose face is turned to the ray, then the one with the smaller area, then the one that reflects more, then the
-    /// one with the lowest index.
+    /// Of surfaces that lie in one place, as far as rounding can tell, one that shines at the ray
+    /// comes first, then one whose face is turned to the ray, then the one with the smaller area,
+    /// then the one that reflects more, then the one with the lowest index.
     pub fn hit(&self, ray: &Ray) -> Option<(usize, Hit)> {
         self.index.hit(&self.objects, ray)
     }
@@ -208,8 +208,8 @@ impl Scene {
         }
     }
 
-    /// Returns the emitter that a vertex lies on and all others that lie in the same place and shine at the same side: what is
-    /// seen there is the sum of their light.
+    /// Returns the emitter that a vertex lies on and all others that lie in the same place and
+    /// shine at the same side: what is seen there is the sum of their light.
     pub fn shining<'a>(
         &'a self,
         vertex: &Vertex<'a>,
@@ -227,7 +227,8 @@ impl Scene {
         own.into_iter().chain(others.iter().filter_map(of))
     }
 
-    /// Returns the luminance, cd/m2, that all surfaces at the place of a vertex emit towards `outgoing`.
+    /// Returns the luminance, cd/m2, that all surfaces at the place of a vertex emit towards
+    /// `outgoing`.
     pub fn emitted(&self, vertex: &Vertex) -> Rgb {
         self.shining(vertex).map(|v| v.emitted()).sum()
     }
@@ -239,14 +240,15 @@ impl Scene {
         Some(self.refined_vertex(object, &other, outgoing)).filter(|v| !v.emitted().is_black())
     }
 
-    /// Makes the ray from the side of a unit vector through a hit, as long as another object may be off that lies in its place.
+    /// Makes the ray from the side of a unit vector through a hit, as long as another object may be
+    /// off that lies in its place.
     fn through(&self, object: usize, hit: &Hit, side: DVec3) -> Ray {
         let reach = 2.0 * self.index.coincidence(object, hit);
         Ray::new(hit.point + reach * side, -side).up_to(2.0 * reach)
     }
 
-    /// Returns the normal of another object where it lies in the place of a hit, and which of all objects counts there for
-    /// rays from the outer side of the hit.
+    /// Returns the normal of another object where it lies in the place of a hit, and which of all
+    /// objects counts there for rays from the outer side of the hit.
     pub fn in_place_of(&self, hit: &Hit, object: usize) -> Option<(DVec3, usize)> {
         let ray = self.through(object, hit, hit.normal);
         let other = self.objects[object].surface.hit(&ray)?;
@@ -254,15 +256,16 @@ impl Scene {
         Some((other.normal, first))
     }
 
-    /// Whether another object lies in the place of a hit and counts there instead, for rays from the side of the normal (`sign` 1) or
-    /// from the other (-1).
+    /// Whether another object lies in the place of a hit and counts there instead, for rays from
+    /// the side of the normal (`sign` 1) or from the other (-1).
     pub fn counts_before(&self, object: usize, hit: &Hit, sign: f64) -> bool {
         let ray = self.through(object, hit, sign * hit.normal);
         self.hit(&ray).is_some_and(|(first, _)| first != object)
     }
 
-    /// Puts a sensor on the surface that it is meant to lie on: the uppermost that is within a millionth of its object's size
-    /// above or below it. A sensor that was placed on a surface ([`Sensor::on`]) is left as it is.
+    /// Puts a sensor on the surface that it is meant to lie on: the uppermost that is within a
+    /// millionth of its object's size above or below it. A sensor that was placed on a surface
+    /// ([`Sensor::on`]) is left as it is.
     pub fn settled(&self, sensor: &Sensor) -> Sensor {
         if sensor.error > 0.0 {
             return *sensor;
@@ -270,7 +273,8 @@ impl Scene {
         let reach = ON_SURFACE * self.index.largest_size();
         let up = sensor.normal;
         let mut ray = Ray::new(sensor.at + reach * up, -up).up_to(2.0 * reach);
-        // Surfaces one below the other: those that the sensor is too far from for their size are passed.
+        // Surfaces one below the other: those that the sensor is too far from for their size are
+        // passed.
         for _ in 0..MOST_LAYERS {
             let Some((object, hit)) = self.hit(&ray) else { break };
             let height = (hit.point - sensor.at).dot(up);
@@ -280,7 +284,8 @@ impl Scene {
             let lights_it = hit.normal.dot(up) < 0.0 && self.objects[object].emits();
             if height.abs() <= near && !lights_it {
                 let at = if height > 0.0 { hit.point } else { sensor.at };
-                // Rays leave along the sensor's own normal, which may be tilted against the surface.
+                // Rays leave along the sensor's own normal, which may be tilted against the
+                // surface.
                 let error = hit.error / hit.normal.dot(up).abs().max(1e-3);
                 return Sensor { at, error, ..*sensor };
             }
@@ -311,12 +316,14 @@ impl Scene {
     }
 }
 
-/// A sensor this close to a surface, relative to the size of its object, lies on it: files hold coordinates in single precision.
+/// A sensor this close to a surface, relative to the size of its object, lies on it: files hold
+/// coordinates in single precision.
 const ON_SURFACE: f64 = 1e-6;
 /// How many surfaces are passed in search of the one a sensor lies on.
 const MOST_LAYERS: usize = 8;
 
-/// Lists for each emitter the other emitting objects whose bounds touch its own; nothing when there are none at all.
+/// Lists for each emitter the other emitting objects whose bounds touch its own; nothing when there
+/// are none at all.
 fn beside(objects: &[Object], emitters: &[Emitter]) -> Vec<Vec<usize>> {
     let bounds = |emitter: &Emitter| {
         let Aabb { min, max } = objects[emitter.object].surface.bounds();

@@ -34,9 +34,9 @@ impl Judged {
     }
 }
 
-/// Judges all requirements on a group of sensors; where no interval is known, by the value alone. Without a summary, for no
-/// sensor counts, nothing is decided. When light is `missing` the values are too low, and what more light could change is
-/// undecided.
+/// Judges all requirements on a group of sensors; where no interval is known, by the value alone.
+/// Without a summary, for no sensor counts, nothing is decided. When light is `missing` the values
+/// are too low, and what more light could change is undecided.
 pub fn judge(require: &RequireSpec, summary: Option<&GroupSummary>, missing: bool) -> Vec<Judged> {
     let exact = |value| Bracket { value, low: value, high: value };
     let (dark, unknown) = (exact(0.0), exact(f64::NAN));

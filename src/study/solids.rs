@@ -64,8 +64,8 @@ impl<'a> Solid<'a> {
         hit.map_or(self.is_room, |hit| hit.normal.dot(direction) > 0.0)
     }
 
-    /// Returns the share of the surface, 0 to 1, that lies behind another solid and, where that is a room, in none of the other
-    /// `rooms`; `None` when it cannot be sampled.
+    /// Returns the share of the surface, 0 to 1, that lies behind another solid and, where that is
+    /// a room, in none of the other `rooms`; `None` when it cannot be sampled.
     pub(super) fn share_behind(&self, other: &Solid, rooms: &[&Solid]) -> Option<f64> {
         let rooms = || rooms.iter().filter(|room| !std::ptr::eq(**room, other));
         let alone = !other.is_room || rooms().next().is_none();
@@ -95,8 +95,8 @@ impl<'a> Solid<'a> {
     }
 }
 
-/// Returns the solid behind whose surface a point is: a body that it is inside of, or the first of the rooms when it is in
-/// none. A point of the surface of its `own` solid is before that.
+/// Returns the solid behind whose surface a point is: a body that it is inside of, or the first of
+/// the rooms when it is in none. A point of the surface of its `own` solid is before that.
 pub(super) fn behind<'s, 'a>(
     point: DVec3,
     own: Option<&str>,

@@ -43,7 +43,8 @@ fn overlap(one: &Solid, other: &Solid, rooms: &[&Solid]) -> Option<String> {
 /// Points per side of the square that is mapped onto a surface in search of what lies in its place.
 const SIDE: u32 = 8;
 
-/// Says which surfaces lie in one place: what counts there is decided by a rule, not by what was meant.
+/// Says which surfaces lie in one place: what counts there is decided by a rule, not by what was
+/// meant.
 pub(super) fn coincidences(scene: &Scene, solids: &[Solid]) -> Vec<String> {
     let objects = scene.objects();
     let bounds: Vec<_> = objects.iter().map(|o| o.surface.bounds()).collect();
@@ -98,7 +99,8 @@ fn meets(a: &Aabb, b: &Aabb) -> bool {
 /// How far under a surface, relative to the size of its object, nobody puts a sensor on purpose.
 const JUST_UNDER: f64 = 1e-3;
 
-/// Names what a sensor lies just under: too far to lie on it, and so near that it gets hardly any light.
+/// Names what a sensor lies just under: too far to lie on it, and so near that it gets hardly any
+/// light.
 pub(super) fn just_under(sensor: &Sensor, scene: &Scene) -> Option<(String, f64)> {
     let ray = scene.settled(sensor).as_hit().leave(sensor.normal);
     let (object, hit) = scene.hit(&ray)?;

@@ -113,15 +113,17 @@ pub struct Hit {
     pub part: u32,
 }
 
-/// How far the end of a ray of length 1 may be off by rounding, in every surface's arithmetic (docs/architecture.md).
+/// How far the end of a ray of length 1 may be off by rounding, in every surface's arithmetic
+/// (docs/architecture.md).
 pub(crate) const END_ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 impl Hit {
     /// Returns the point from which a ray towards `direction` leaves.
     ///
-    /// The point is moved along the geometric normal, to the side `direction` looks to, by four times the error bound: far
-    /// enough to be certainly on that side, and as near as the hit is exact. This and [`Hit::segment`] are the one
-    /// self-intersection policy of the crate. Nowhere else is there an epsilon.
+    /// The point is moved along the geometric normal, to the side `direction` looks to, by four
+    /// times the error bound: far enough to be certainly on that side, and as near as the hit is
+    /// exact. This and [`Hit::segment`] are the one self-intersection policy of the crate. Nowhere
+    /// else is there an epsilon.
     pub fn departure(&self, direction: DVec3) -> DVec3 {
         self.lifted(direction, 0.0)
     }
@@ -131,16 +133,18 @@ impl Hit {
         Ray::new(self.departure(direction), direction)
     }
 
-    /// Makes the ray between two hits, `direction` being the unit vector from this one to `other`; both ends depart from
-    /// their surfaces. `None` when nothing is left between them.
+    /// Makes the ray between two hits, `direction` being the unit vector from this one to `other`;
+    /// both ends depart from their surfaces. `None` when nothing is left between them.
     ///
-    /// A ray knows where it starts, but its end is rounded with its length: the end stays off its surface by that, too.
+    /// A ray knows where it starts, but its end is rounded with its length: the end stays off its
+    /// surface by that, too.
     pub fn segment(&self, other: &Self, direction: DVec3) -> Option<Ray> {
         let rounding = END_ROUNDING * other.point.distance(self.point);
         Ray::between(self.departure(direction), other.lifted(-direction, rounding))
     }
 
-    /// Moves the point off the surface, to the side `direction` looks to, by four error bounds and `more` metres.
+    /// Moves the point off the surface, to the side `direction` looks to, by four error bounds and
+    /// `more` metres.
     fn lifted(&self, direction: DVec3, more: f64) -> DVec3 {
         // A hit can be exact: on a plane, at the origin. Its rays leave all the same.
         let error = self.error.max(1e-300);

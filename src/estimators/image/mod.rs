@@ -55,11 +55,11 @@ pub struct Rendering {
     pub mean_walks_per_pixel: f64,
     /// The share of the walks' flux that left an open scene.
     pub escaped: f64,
-    /// The share of all flux that comes to surfaces from point lights by mirrors: those places are dark where they are seen in a mirror themselves, and by path
-    /// tracing wherever they are seen.
+    /// The share of all light that point lights shed on mirrors and these send on: where it falls is dark when seen in a mirror itself, and by path
+    /// tracing wherever it is seen.
     pub caustic: f64,
-    /// The share of the rows that were done when the run ended in its very first pass; the others are black, and no error is
-    /// known. `None` after a complete pass.
+    /// The share of the rows that were done when the run ended in its very first pass; the others
+    /// are black, and no error is known. `None` after a complete pass.
     pub unfinished: Option<f64>,
     /// The time it took.
     pub elapsed: Duration,
@@ -73,7 +73,8 @@ pub struct Keeper<'a> {
     pub save: &'a mut dyn FnMut(&Rendering),
 }
 
-/// Passes that are made however few walks are asked for: two replicates are the least that give an error.
+/// Passes that are made however few walks are asked for: two replicates are the least that give an
+/// error.
 const FEWEST_PASSES: usize = 2;
 
 /// Passes from which the observer is told an error before the first stage is complete.
@@ -87,8 +88,9 @@ pub const SHARE_WITHIN: f64 = 0.95;
 /// Only the window of the camera is computed; without a target error its pixels are, to the bit, those that the whole picture has there after as many
 /// walks. The pixel filter is sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
 /// when the number of samples has doubled. With a target error, pixels that are known well enough rest for part of the samples ([`Film::plan`]), and the run
-/// ends when [`SHARE_WITHIN`] of the pixels meet it. Time limits and interruption abandon the pass under way, the very first one too:
-/// then the rows that are done make the picture ([`Rendering::unfinished`]). Before two passes no error is known.
+/// ends when [`SHARE_WITHIN`] of the pixels meet it. Time limits and interruption abandon the pass
+/// under way, the very first one too: then the rows that are done make the picture
+/// ([`Rendering::unfinished`]). Before two passes no error is known.
 ///
 /// # Errors
 /// [`crate::Error::Parameter`] when the scene has no light or the image has too many pixels.
@@ -198,7 +200,8 @@ impl Rendering {
         over.or_else(|| broken().then_some(Ending::Interrupted))
     }
 
-    /// Takes a pass; tells whether it was abandoned, in which case the film is as it was, unless it was the very first.
+    /// Takes a pass; tells whether it was abandoned, in which case the film is as it was, unless it
+    /// was the very first.
     fn pass(
         &mut self,
         scene: &Scene,

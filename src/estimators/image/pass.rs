@@ -117,8 +117,8 @@ impl<'a> Pass<'a> {
         made().map(|made| made.escaped).sum::<Rgb>() / walks as f64
     }
 
-    /// Takes a sample of every pixel that does not rest. Returns whether all were taken: when the run is to end at once, rows
-    /// are left black.
+    /// Takes a sample of every pixel that does not rest. Returns whether all were taken: when the
+    /// run is to end at once, rows are left black.
     pub(super) fn fill(&self, camera: &Camera, samples: &mut [Light]) -> bool {
         let window = camera.window();
         let ([left, top], [width, height]) = (window.min(), window.size());

@@ -12,9 +12,11 @@ pub(super) struct Patches {
     pub(super) facets: Vec<Facet>,
     /// The reflectance of each, the same on both sides.
     pub(super) reflectance: Vec<Rgb>,
-    /// The exitance of each, lm/m2, on the side of the normal, with that of others that shine in its place.
+    /// The exitance of each, lm/m2, on the side of the normal, with that of others that shine in
+    /// its place.
     pub(super) exitance: Vec<Rgb>,
-    /// Whether another surface lies in the place of each and counts there, on the side of the normal and on the other.
+    /// Whether another surface lies in the place of each and counts there, on the side of the
+    /// normal and on the other.
     covered: Vec<[bool; 2]>,
 }
 

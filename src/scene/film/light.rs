@@ -17,7 +17,8 @@ impl Light {
     /// What a walk or a path brings that is spoilt by a place, a normal or a flux that is no number: it is counted, and nothing of it is added.
     pub const SPOILT: Self = Self { direct: Rgb::BLACK, indirect: Rgb::grey(f64::NAN) };
 
-    /// What roundings leave at most of a sum whose terms are all taken off again, relative to the sum.
+    /// What roundings leave at most of a sum whose terms are all taken off again, relative to the
+    /// sum.
     pub(crate) const ROUNDING: f64 = 1e-12;
 
     /// Gives both together.

@@ -74,7 +74,8 @@ impl MeshSurface {
         Ok(surface)
     }
 
-    /// Meets faces that stand back to back, as [`Doubles`] finds them, from their front, so that each side shines by itself.
+    /// Meets faces that stand back to back, as [`Doubles`] finds them, from their front, so that
+    /// each side shines by itself.
     pub fn with_back_to_back(mut self, doubles: &Doubles) -> Self {
         self.back_to_back.clone_from(&doubles.back_to_back);
         self
