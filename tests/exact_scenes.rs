@@ -5,13 +5,17 @@
 mod common;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use common::{go_on, sensors};
+use glam::{DQuat, DVec3};
 use harmolux::estimators::{SensorEstimator, Weighting, illuminance};
 use harmolux::exact::cie171;
 use harmolux::io::scene_file::SceneFile;
-use harmolux::scene::Sensor;
+use harmolux::math::Placement;
+use harmolux::scene::{Distribution, Object, PointLight, Scene, Sensor};
 use harmolux::study::{Loaded, known, load};
+use harmolux::surface::Instance;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes")
@@ -155,4 +159,138 @@ fn flux_of_case_5_4_arrives() {
 #[test]
 fn furnace_agrees_on_a_series_and_on_its_mesh() {
     judge("exact/furnace.toml", 1 << 12);
+}
+
+/// Where the exact scenes are put: moved, a little and far, and scaled.
+const PLACES: [(f64, DVec3); 9] = [
+    (1.0, DVec3::new(1e-17, -3e-16, 2e-15)),
+    (1.0, DVec3::new(7.0, -11.0, 13.0)),
+    (1.0, DVec3::new(-1e3, 1e3, 1e3)),
+    (1.0, DVec3::new(4.1e5, 5.6e6, 30.0)),
+    (1e-6, DVec3::ZERO),
+    (1e-3, DVec3::new(0.1, 0.2, -0.3)),
+    (1e3, DVec3::ZERO),
+    (1e3, DVec3::new(1e6, -1e6, 1e6)),
+    (1e6, DVec3::ZERO),
+];
+
+/// Scales and then moves a scene file.
+fn put(table: &mut toml::Table, scale: f64, shift: DVec3) {
+    for (key, value) in table.iter_mut() {
+        match key.as_str() {
+            "at" | "centre" | "corner" | "from" | "max" | "min" | "point" | "to" => {
+                put_point(value, scale, shift);
+            }
+            "edge_u" | "edge_v" => put_point(value, scale, DVec3::ZERO),
+            "radius" | "scale" | "spacing" if !value.is_table() => {
+                *value = (scale * number(value)).into();
+            }
+            // Lamps grow with the scene, so that lux stay.
+            "flux" | "intensity" => *value = (scale * scale * number(value)).into(),
+            "file" => *value = folder().join("../head.obj").to_string_lossy().as_ref().into(),
+            _ => {
+                if let Some(inner) = value.as_table_mut() {
+                    put(inner, scale, shift);
+                }
+            }
+        }
+    }
+}
+
+fn number(value: &toml::Value) -> f64 {
+    value.as_float().or_else(|| value.as_integer().map(|i| i as f64)).expect("a number")
+}
+
+/// Puts a point, or each of a list.
+fn put_point(value: &mut toml::Value, scale: f64, shift: DVec3) {
+    let list = value.as_array_mut().expect("a point or a list of points");
+    if list[0].is_array() {
+        return list.iter_mut().for_each(|point| put_point(point, scale, shift));
+    }
+    for (x, shift) in list.iter_mut().zip(shift.to_array()) {
+        *x = (scale * number(x) + shift).into();
+    }
+}
+
+/// Turns and moves a scene, each object as an instance.
+fn turned(loaded: &Loaded, placement: &Placement) -> (Scene, Vec<Sensor>) {
+    let objects = loaded.scene.objects().iter().map(|object| match object.area.clone() {
+        Some(area) => Object {
+            materials: object.materials.clone(),
+            ..Object::new(
+                &object.name,
+                Instance::new(area, *placement),
+                object.materials[0].clone(),
+            )
+        },
+        None => Object {
+            surface: Arc::new(Instance::new(object.surface.clone(), *placement)),
+            ..object.clone()
+        },
+    });
+    let along = |d: DVec3| placement.apply_direction(d);
+    let lights = loaded.scene.lights().iter().map(|light| {
+        let mut light = PointLight { at: placement.apply(light.at), ..light.clone() };
+        if let Distribution::Lambert { axis } = &mut light.distribution {
+            *axis = along(*axis);
+        }
+        light
+    });
+    let scene = Scene::new(objects.collect(), lights.collect()).expect("valid");
+    let sensors = loaded.sensors.iter().flat_map(|group| &group.sensors);
+    let turn = |s: &Sensor| {
+        let plain = Sensor::plane(placement.apply(s.at), along(s.normal));
+        Sensor { measure: s.measure, error: s.error, ..plain }
+    };
+    (scene, sensors.map(turn).collect())
+}
+
+/// Every exact scene keeps its values wherever it stands, however large, however turned.
+#[test]
+fn exact_scenes_may_stand_anywhere() {
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, -2.0, 0.5).normalize(), 0.8);
+    let turns = [DVec3::ZERO, DVec3::new(3.0, 1.0, -2.0)]
+        .map(|shift| Placement::new(turn, 1.0, shift).expect("valid"));
+    let exact = folder().join("exact").read_dir().expect("there");
+    let exact = exact.map(|entry| entry.expect("readable").path());
+    for path in exact.chain([folder().join("sobolev.toml")]) {
+        let name = path.display();
+        let text = std::fs::read_to_string(&path).expect("readable");
+        let file = SceneFile::read(&path, &[]).expect("a valid scene");
+        let here = load(&file).expect("loads");
+        let known: Vec<f64> = here
+            .sensors
+            .iter()
+            .flat_map(|group| known(&file, group).expect("a problem").expect("named"))
+            .collect();
+        let check = |scene: &Scene, sensors: &[Sensor], place: &str| {
+            assert_eq!(sensors.len(), known.len(), "{name}, {place}");
+            let local = SensorEstimator::Local(Weighting::of(scene));
+            let survey = illuminance(scene, sensors, &common::sensors(local, 1 << 12), &go_on);
+            let largest = known.iter().copied().fold(0.0, f64::max);
+            for (i, (result, exact)) in survey.expect("runs").results.iter().zip(&known).enumerate()
+            {
+                let total = result.total;
+                // Far off the scene itself is rounded.
+                let count = known.len() * (PLACES.len() + turns.len()) * 14;
+                let agrees = total.agrees_with(*exact, 1e-8 * exact, count);
+                assert!(agrees, "{name}, {place}, sensor {i}: {total:?} against {exact}");
+                let noise = total.standard_error / exact.max(0.1 * largest);
+                assert!(noise <= 0.05, "{name}, {place}, sensor {i}: {total:?} is noise");
+            }
+        };
+        for (scale, shift) in PLACES {
+            let mut table: toml::Table = text.parse().expect("TOML");
+            put(&mut table, scale, shift);
+            let file = SceneFile::parse(&path, &table.to_string(), &[]).expect("a valid scene");
+            let there = load(&file).unwrap_or_else(|e| panic!("{name}, {scale} {shift}: {e}"));
+            let sensors: Vec<Sensor> =
+                there.sensors.iter().flat_map(|g| g.sensors.iter().copied()).collect();
+            check(&there.scene, &sensors, &format!("scaled by {scale:e}, moved by {shift}"));
+        }
+        for placement in &turns {
+            let (scene, sensors) = turned(&here, placement);
+            check(&scene, &sensors, &format!("{placement:?}"));
+        }
+    }
 }

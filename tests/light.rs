@@ -18,8 +18,9 @@ use harmolux::math::{Randomness, Ray, Rgb};
 use harmolux::scene::{
     Distribution, Filter, Glossy, Material, Measure, Object, PointLight, Scene, Sensor,
 };
-use harmolux::surface::MeshSurface;
+use harmolux::sh::Coefficients;
 use harmolux::surface::primitives::{Plane, Sphere};
+use harmolux::surface::{Intersector, MeshSurface, ShSurface};
 
 /// Furnace scenes: a closed room around an object, everything emitting pi L0 (1 - rho), all reflectances different.
 fn furnace_scene(l0: f64, object: fn(f64) -> Object) -> Scene {
@@ -351,6 +352,45 @@ fn error_falls_with_the_number_of_walks() {
     let sobol = error(Randomness::Sobol, 1 << 10) / error(Randomness::Sobol, 1 << 14);
     assert!(sobol >= 4.0, "Sobol points should do better than 4: {sobol}");
     assert!(error(Randomness::Sobol, 1 << 12) <= 0.5 * error(Randomness::Pseudorandom, 1 << 12));
+}
+
+/// A sensor whose normal lies in a surface is on the front of it: all walls count in corners, and a
+/// body hides the half of space it fills.
+#[test]
+fn sensors_in_surfaces_see_what_is_before_them() {
+    let black = grey(0.0);
+    let cylinder = |x, y, z| Sensor {
+        measure: Measure::Cylinder,
+        ..Sensor::plane(DVec3::new(x, y, z), DVec3::Z)
+    };
+    let plane = |x, y, z| Sensor::plane(DVec3::new(x, y, z), DVec3::Z);
+    let points = [
+        (plane(0.0, 0.0, 0.0), 1.0),
+        (plane(4.0, 1.3, 0.0), 1.0),
+        (cylinder(0.0, 4.0, 2.0), 1.0),
+        (cylinder(0.0, 1.0, 2.0), 1.0),
+        (plane(3.0, 2.0, 2.0), 0.5),
+        (cylinder(2.0, 3.0, 2.0), 0.5),
+    ];
+    let sphere = Sphere::new(DVec3::splat(2.0), 1.0).expect("valid");
+    let mut series = Coefficients::zeros(0);
+    series.set(0, 0, 1.0, 0.0);
+    let series = ShSurface::new(&series, Intersector::Certified).expect("a positive radius");
+    for ball in [
+        Object::new("ball", sphere, black.clone()),
+        Object::new("ball", placed(series, DVec3::splat(2.0), 1.0), black.clone()),
+    ] {
+        let walls = room(DVec3::splat(4.0), &[(); 6].map(|()| black.clone().emitting(Rgb::WHITE)));
+        let scene = Scene::new(vec![walls, ball], vec![]).expect("valid");
+        let at = points.map(|(sensor, _)| sensor);
+        for by in [SensorEstimator::Local(Weighting::of(&scene)), SensorEstimator::Path] {
+            let survey = illuminance(&scene, &at, &sensors(by, 1 << 13), &go_on).expect("runs");
+            for ((sensor, expected), found) in points.iter().zip(&survey.results) {
+                let agrees = found.total.agrees_with(*expected, 1e-6, 6);
+                assert!(agrees, "{} {:?}: {found:?}", sensor.at, sensor.measure);
+            }
+        }
+    }
 }
 
 #[test]

@@ -265,11 +265,16 @@ impl Scene {
 
     /// Puts a sensor on the surface that it is meant to lie on: the uppermost that is within a
     /// millionth of its object's size above or below it. A sensor that was placed on a surface
-    /// ([`Sensor::on`]) is left as it is.
+    /// ([`Sensor::on`]) is on it. Of other surfaces that pass through the sensor, as the walls where
+    /// it lies in a corner, it is put on the front.
     pub fn settled(&self, sensor: &Sensor) -> Sensor {
-        if sensor.error > 0.0 {
-            return *sensor;
-        }
+        let on = if sensor.error > 0.0 { *sensor } else { self.lowered(sensor) };
+        let at = self.before_others(on.at, on.normal);
+        Sensor { at, ..on }
+    }
+
+    /// Puts a sensor on the surface below or above it.
+    fn lowered(&self, sensor: &Sensor) -> Sensor {
         let reach = ON_SURFACE * self.index.largest_size();
         let up = sensor.normal;
         let mut ray = Ray::new(sensor.at + reach * up, -up).up_to(2.0 * reach);
@@ -278,11 +283,9 @@ impl Scene {
         for _ in 0..MOST_LAYERS {
             let Some((object, hit)) = self.hit(&ray) else { break };
             let height = (hit.point - sensor.at).dot(up);
-            let near =
-                (ON_SURFACE * self.index.size(object)).max(self.index.coincidence(object, &hit));
             // What shines at the sensor is before it, however near.
             let lights_it = hit.normal.dot(up) < 0.0 && self.objects[object].emits();
-            if height.abs() <= near && !lights_it {
+            if height.abs() <= self.nearness(object, &hit) && !lights_it {
                 let at = if height > 0.0 { hit.point } else { sensor.at };
                 // Rays leave along the sensor's own normal, which may be tilted against the
                 // surface.
@@ -297,6 +300,37 @@ impl Scene {
             ray = Ray::new(next, -up).up_to(rest);
         }
         *sensor
+    }
+
+    /// Moves a point of the plane with the normal `up`, within that plane, to the front of the
+    /// surfaces that pass through it: seen from a point in a wall, the light of the wall is
+    /// undefined.
+    fn before_others(&self, mut at: DVec3, up: DVec3) -> DVec3 {
+        let reach = ON_SURFACE * self.index.largest_size();
+        let (e1, e2) = up.any_orthonormal_pair();
+        // Two lines that lie in none of the planes that scenes are made of.
+        let (e1, e2) = (0.8 * e1 + 0.6 * e2, 0.8 * e2 - 0.6 * e1);
+        for _ in 0..MOST_LAYERS {
+            let step = [e1, -e1, e2, -e2].into_iter().find_map(|aside| {
+                let (object, hit) =
+                    self.hit(&Ray::new(at + reach * aside, -aside).up_to(2.0 * reach))?;
+                let normal = hit.normal.reject_from_normalized(up);
+                let slope = normal.length();
+                let near = self.nearness(object, &hit);
+                let off = (at - hit.point).dot(hit.normal);
+                let before = (BEFORE_SURFACE * near).max(4.0 * hit.error);
+                (slope > LEAST_SLOPE && off >= -near && off < 0.5 * before)
+                    .then(|| normal * ((before - off) / (slope * slope)))
+            });
+            let Some(step) = step else { break };
+            at += step;
+        }
+        at
+    }
+
+    /// Returns how far from a hit, metres, a sensor may be that is meant to lie there.
+    fn nearness(&self, object: usize, hit: &Hit) -> f64 {
+        (ON_SURFACE * self.index.size(object)).max(self.index.coincidence(object, hit))
     }
 
     /// Tells whether anything stands on the ray.
@@ -319,6 +353,11 @@ impl Scene {
 /// A sensor this close to a surface, relative to the size of its object, lies on it: files hold
 /// coordinates in single precision.
 const ON_SURFACE: f64 = 1e-6;
+/// How far before a surface that passes through it a sensor is put, relative to the distance within
+/// which it lies on it: enough for the surface to be seen exactly.
+const BEFORE_SURFACE: f64 = 1e-3;
+/// The least sine of the angle between a sensor's plane and a surface that passes through it.
+const LEAST_SLOPE: f64 = 0.05;
 /// How many surfaces are passed in search of the one a sensor lies on.
 const MOST_LAYERS: usize = 8;
 
@@ -388,6 +427,36 @@ mod tests {
         let (scene, corner) = desk_room(0.7501);
         let deep = Sensor::plane(corner + DVec3::new(2.0, 2.0, 0.75), DVec3::Z);
         assert_eq!(scene.settled(&deep), deep);
+    }
+
+    #[test]
+    fn sensors_in_walls_are_before_all_of_them() {
+        let far = DVec3::new(408_201.0, 5_600_123.0, 0.0);
+        for (corner, most) in [(DVec3::ZERO, 1e-8), (far, 1e-7)] {
+            let size = DVec3::new(4.0, 4.0, 3.0);
+            let room = AxisBox::new(corner, corner + size).expect("valid").turned_inward(true);
+            let screen = Rectangle::new(corner + DVec3::new(2.0, 1.0, 0.0), DVec3::Y, DVec3::Z);
+            let objects = vec![
+                Object::new("room", room, grey()),
+                Object::new("screen", screen.expect("valid"), grey()),
+            ];
+            let scene = Scene::new(objects, vec![]).expect("valid");
+            let front = |at: [f64; 3], before: [f64; 3]| {
+                let at = corner + DVec3::from(at);
+                let off = scene.settled(&Sensor::plane(at, DVec3::Z)).at - at;
+                let sides = off.to_array().into_iter().zip(before);
+                for (off, side) in sides {
+                    let right = if side == 0.0 { off == 0.0 } else { off * side > 0.0 };
+                    assert!(right && off.abs() <= most, "{at}: {off} for {side}");
+                }
+            };
+            front([0.0, 0.0, 0.0], [1.0, 1.0, 0.0]);
+            front([4.0, 4.0, 0.0], [-1.0, -1.0, 0.0]);
+            front([4.0, 2.5, 1.0], [-1.0, 0.0, 0.0]);
+            front([2.0, 1.5, 0.5], [1.0, 0.0, 0.0]);
+            front([2.0, 1.5, 0.0], [1.0, 0.0, 0.0]);
+            front([2.1, 1.5, 0.0], [0.0, 0.0, 0.0]);
+        }
     }
 
     #[test]

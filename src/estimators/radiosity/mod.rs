@@ -15,17 +15,22 @@ mod gather;
 mod patches;
 mod shooting;
 
+use std::time::{Duration, Instant};
+
 use rayon::prelude::*;
 
-use super::connect::Light;
 use super::local::Survey;
 use super::receiver::Receiver;
-use super::replicates::{Control, Observer, REPLICATES, Stop};
+use super::replicates::{Control, Observer, REPLICATES, Stop, Watch};
 use crate::math::Rgb;
 use crate::math::stats::Estimate;
 use crate::scene::{Measured, Scene};
 use crate::{Error, Result};
 use patches::Patches;
+use shooting::Solution;
+
+/// How many times as long as was measured is left for the final gather.
+const RESERVE: f64 = 1.25;
 
 /// The largest number of patches: their pairs are visited one by one.
 pub const MAX_PATCHES: usize = 100_000;
@@ -89,18 +94,35 @@ pub(super) fn survey(
     settings.check()?;
     let control = Control::new(stop);
     let patches = Patches::new(scene, settings.patches)?;
-    let solution = shooting::solve(scene, &patches, settings.tolerance, &control, observer);
-    let gather = |receiver: &Receiver| gather::gather(scene, &patches, &solution, receiver);
-    let lights: Vec<Light> = receivers.par_iter().map(gather).collect();
-    let results = points.iter().zip(&lights).map(|(point, light)| Measured {
-        total: Estimate::without_error((*point + light.total()).luminance()),
-        direct: Estimate::without_error((*point + light.direct).luminance()),
-        spoilt: 0,
-    });
+    // The exchange leaves time to gather what the receivers get.
+    let rest = |time: Duration| {
+        let started = Instant::now();
+        if let Some(receiver) = receivers.first() {
+            gather::gather(scene, &patches, &Solution::everywhere_lit(&patches), receiver);
+        }
+        let each = receivers.len().div_ceil(rayon::current_num_threads()) as f64;
+        let reserve = started.elapsed().mul_f64(RESERVE * each);
+        time.saturating_sub(control.elapsed()).saturating_sub(reserve)
+    };
+    let exchange = Control::new(Stop { time: stop.time.map(rest), ..stop });
+    let solution = shooting::solve(scene, &patches, settings.tolerance, &exchange, observer);
+    let watch = Watch::new(&control, observer, solution.exchange.shots);
+    let gather = |(point, receiver): (&Rgb, &Receiver)| {
+        if watch.ends() {
+            return Measured::UNKNOWN;
+        }
+        let light = gather::gather(scene, &patches, &solution, receiver);
+        Measured {
+            total: Estimate::without_error((*point + light.total()).luminance()),
+            direct: Estimate::without_error((*point + light.direct).luminance()),
+            spoilt: 0,
+        }
+    };
+    let results: Vec<Measured> = points.par_iter().zip(receivers).map(gather).collect();
     Ok(Survey {
-        results: results.collect(),
+        results,
         replicates: vec![[f64::NAN; REPLICATES]; receivers.len()],
-        ending: solution.ending,
+        ending: if watch.has_ended() { watch.ending() } else { solution.ending },
         walks: solution.exchange.shots,
         escaped: f64::NAN,
         caustic: 0.0,

@@ -22,6 +22,16 @@ pub(super) struct Solution {
     pub(super) ending: Ending,
 }
 
+impl Solution {
+    /// Stands for one in which every side is lit: gathering from any other takes no longer.
+    pub(super) fn everywhere_lit(patches: &Patches) -> Self {
+        let exchange =
+            Exchange { patches: patches.facets.len(), shots: 0, unshot: 1.0, absorbed: 0.0 };
+        let radiosity = vec![Rgb::WHITE; patches.sides()];
+        Self { radiosity, exchange, ending: Ending::Converged }
+    }
+}
+
 /// Patches nearer to each other than this many times the longer of their diagonals exchange light by several points.
 const NEAR: f64 = 3.0;
 /// Receiving patches per batch of shadow rays.
@@ -44,7 +54,7 @@ pub(super) fn solve(
 ) -> Solution {
     let mut light = Exchanged::start(scene, patches);
     let mut rows = Rows { rows: vec![None; patches.sides()], kept: 0 };
-    let all = light.emitted.max_component();
+    let all = light.emitted.luminance();
     let mut shots = 0;
     let (ending, left) = loop {
         let (next, left) = light.most_unshot(patches);
@@ -103,11 +113,11 @@ impl Exchanged {
         Self { arrived, unshot, emitted: lamps + surfaces }
     }
 
-    /// Gives the side with the most unshot flux, and the unshot flux of all together, lm.
+    /// Returns the side with the most unshot flux, and the unshot flux of all together, lm.
     fn most_unshot(&self, patches: &Patches) -> (usize, f64) {
         let (mut most, mut side, mut sum) = (0.0, 0, 0.0);
         for (i, unshot) in self.unshot.iter().enumerate() {
-            let flux = unshot.max_component() * patches.facet(i).area;
+            let flux = unshot.luminance() * patches.facet(i).area;
             sum += flux;
             if flux > most {
                 (most, side) = (flux, i);

@@ -78,6 +78,24 @@ fn cube_of_cie_171() {
     }
 }
 
+#[test]
+fn sensors_in_edges_and_corners_see_all_walls() {
+    // In a furnace of exitance 1 and reflectance 1/2 the illuminance is 2 everywhere.
+    let walls = AxisBox::new(DVec3::splat(-2.0), DVec3::splat(2.0)).expect("valid");
+    let glowing = grey(0.5).emitting(Rgb::WHITE);
+    let room = Object::new("room", walls.turned_inward(true), glowing);
+    let scene = Scene::new(vec![room], vec![]).expect("valid");
+    let places = [[0.0, 0.0, -2.0], [2.0, 0.3, -2.0], [-2.0, 2.0, -2.0], [-2.0, -2.0, 0.0]];
+    let planes = places.map(|at| Sensor::plane(at.into(), DVec3::Z));
+    for sensors in [planes, planes.map(|s| Sensor { measure: Measure::Cylinder, ..s })] {
+        let found = survey(&scene, &sensors, 600);
+        for (sensor, found) in sensors.iter().zip(&found.results) {
+            let mean = found.total.mean;
+            assert!((mean - 2.0).abs() <= 2e-3, "{} {:?}: {mean}", sensor.at, sensor.measure);
+        }
+    }
+}
+
 /// Case A of Sobolev's problem with discs of this radius, and the radii at which it is looked at.
 fn discs(radius: f64) -> Scene {
     let disc = |z: f64, n: DVec3| Disc::new(z * DVec3::Z, n, radius).expect("valid");

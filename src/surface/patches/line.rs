@@ -31,6 +31,9 @@ pub(super) struct Line<R = f64> {
     /// The last tau.
     pub(super) end: R,
     bend: R,
+    /// Which coordinate it leaves the face along at the last tau: 1 for u, 2 for v, 0 where the ray
+    /// ends there.
+    through: R,
 }
 
 /// The stretch of a line over one patch, in the coordinates of the patch.
@@ -105,7 +108,10 @@ impl<R: Real> Line<R> {
         let first = leave_u.least(leave_v).most(zero);
         let denominator = one + bend * length;
         let stop = R::choose(zero.less(denominator), length / denominator, p0.all(f64::INFINITY));
-        Self { u, v, w, du, dv, dw: -w * bend, per_u, per_v, end: first.least(stop), bend }
+        let through = R::choose(leave_v.less(leave_u), one + one, one);
+        let through = R::choose(stop.less(first), zero, through);
+        let (dw, end) = (-w * bend, first.least(stop));
+        Self { u, v, w, du, dv, dw, per_u, per_v, end, bend, through }
     }
 }
 
@@ -141,25 +147,22 @@ impl<S: Simd> Line<f64x8<S>> {
             per_v: self.per_v[i],
             end: self.end[i],
             bend: self.bend[i],
+            through: self.through[i],
         }
     }
 }
 
 impl Line {
-    /// Returns the face on the other side of the border, for the direction the line was made of;
-    /// `None` where the ray ends on this one.
+    /// Returns the face on the other side of the border; `None` where the ray ends on this one.
     #[inline(always)]
-    pub(super) fn next_face(&self, face: usize, direction: DVec3) -> Option<usize> {
-        let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let [outward, along_u, along_v] = turned(sign * direction, face / 2);
-        let leave_u = leaves(self.u, self.per_u, along_u, outward);
-        let leave_v = leaves(self.v, self.per_v, along_v, outward);
-        if self.end < leave_u.least(leave_v).most(0.0) {
+    pub(super) fn next_face(&self, face: usize) -> Option<usize> {
+        if self.through == 0.0 {
             return None;
         }
-        let (through, slope) = if leave_v < leave_u { (2, self.per_v) } else { (1, self.per_u) };
+        let slope = if self.through == 2.0 { self.per_v } else { self.per_u };
         // The crossed coordinate is +-p0.
-        Some(2 * ((face / 2 + through) % 3) + usize::from((slope < 0.0) != (face % 2 == 1)))
+        let axis = (face / 2 + self.through as usize) % 3;
+        Some(2 * axis + usize::from((slope < 0.0) != (face % 2 == 1)))
     }
 
     /// Turns tau into the distance from where the line started.
@@ -240,7 +243,7 @@ mod tests {
                 assert!(u.abs() <= 1.0 + 1e-12 && v.abs() <= 1.0 + 1e-12, "{from} {direction}");
             }
             let step = line.distance(line.end);
-            let Some(face) = line.next_face(faces[faces.len() - 1], direction) else {
+            let Some(face) = line.next_face(faces[faces.len() - 1]) else {
                 assert!((left - step).abs() <= 1e-12, "{from} {direction}: {faces:?}");
                 return faces;
             };

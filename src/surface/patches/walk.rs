@@ -212,7 +212,7 @@ impl Walk {
     /// Makes the move [`Move::Cross`]; false where the ray ends before.
     #[inline(always)]
     pub(super) fn cross(&mut self, patches: &Patches) -> bool {
-        let Some(face) = self.line.next_face(self.face, self.direction) else { return false };
+        let Some(face) = self.line.next_face(self.face) else { return false };
         if self.faces == FACES {
             return false;
         }
