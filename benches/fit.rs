@@ -6,12 +6,13 @@ use std::path::Path;
 
 use divan::Bencher;
 use glam::DVec3;
-use harmolux::io::meshes;
-use harmolux::sh::scattered_fit;
-use harmolux::surface::{
-    Envelope, Mesh, MeshSurface, RadialMesh, fit_error, project_conforming, project_faces,
-    project_grid,
+use harmolux::fit::{
+    Envelope, RadialMesh, fit_error, project_conforming, project_faces, project_grid,
 };
+use harmolux::io::meshes;
+use harmolux::mesh::Mesh;
+use harmolux::sh::scattered_fit;
+use harmolux::surface::MeshSurface;
 
 fn main() {
     divan::main();

@@ -9,14 +9,14 @@ use std::sync::Arc;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{DQuat, DVec3};
+use harmolux::fit::project_conforming;
 use harmolux::io::meshes;
 use harmolux::math::sampling::uniform_sphere;
 use harmolux::math::{Placement, Ray, Rgb};
+use harmolux::mesh::Mesh;
 use harmolux::scene::{Material, Object, Scene};
 use harmolux::surface::primitives::AxisBox;
-use harmolux::surface::{
-    Instance, Intersector, Mesh, MeshSurface, ShSurface, StepBisection, Surface, project_conforming,
-};
+use harmolux::surface::{Instance, Intersector, MeshSurface, ShSurface, StepBisection, Surface};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 

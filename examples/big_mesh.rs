@@ -13,8 +13,9 @@ use std::process::Command;
 use std::time::Instant;
 
 use glam::DVec3;
+use harmolux::fit::star;
 use harmolux::io::meshes;
-use harmolux::surface::{MeshReport, star};
+use harmolux::mesh::MeshReport;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 

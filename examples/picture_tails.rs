@@ -22,10 +22,10 @@ use harmolux::Result;
 use harmolux::estimators::{
     Estimator, ImageSettings, REPLICATES, Stop, Weighting, render_on, walks_per_sample,
 };
-use harmolux::io::plots::{Axis, Curve, Figure, Style};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::math::Randomness;
 use harmolux::math::stats::{Estimate, student_t};
+use harmolux::plots::{Axis, Curve, Figure, Style};
 use harmolux::scene::{Camera, Film, Filter, Scene};
 use harmolux::study::{camera, load};
 use statrs::distribution::{Continuous, StudentsT};

@@ -13,9 +13,10 @@ use std::time::Instant;
 
 use clap::Parser;
 use glam::DVec3;
+use harmolux::fit::project_conforming;
 use harmolux::io::meshes;
 use harmolux::study::{CheckShape, RayCheck, RayCheckSettings, check_rays, check_shapes};
-use harmolux::surface::{Intersector, ShSurface, project_conforming};
+use harmolux::surface::{Intersector, ShSurface};
 
 /// Rays on each shape but the head.
 const OTHERS: u64 = 100_000;

@@ -6,11 +6,12 @@
 use std::path::Path;
 
 use harmolux::Result;
+use harmolux::fit::Shape;
+use harmolux::fit::{FitSettings, fit, mesh_bytes, series_bytes};
 use harmolux::io::coefficients::compact::{self, Tolerance};
-use harmolux::io::coefficients::{Shape, binary, shtools_text};
+use harmolux::io::coefficients::{binary, shtools_text};
 use harmolux::io::meshes;
 use harmolux::sh::{Coefficients, Convention};
-use harmolux::study::{FitSettings, fit, mesh_bytes, series_bytes};
 
 const DEGREES: [usize; 6] = [4, 8, 16, 32, 64, 128];
 const SHARES: [f64; 3] = [5.0, 10.0, 50.0];

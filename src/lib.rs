@@ -7,8 +7,11 @@
 pub mod error;
 pub mod estimators;
 pub mod exact;
+pub mod fit;
 pub mod io;
 pub mod math;
+pub mod mesh;
+pub mod plots;
 pub mod scene;
 pub mod sh;
 pub mod study;

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use harmolux::io::meshes::{self, MeshFormat};
-use harmolux::surface::{Mesh, MeshReport};
+use harmolux::mesh::{Mesh, MeshReport};
 use serde_json::Value;
 
 use common::desk::{Desk, Said, assert_says};

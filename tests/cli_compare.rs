@@ -5,7 +5,8 @@ mod common;
 use std::fs;
 
 use glam::DVec3;
-use harmolux::io::coefficients::{Shape, shtools_text};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients::shtools_text;
 use harmolux::sh::{Coefficients, Convention};
 
 use common::desk::{Desk, assert_says, number};

@@ -5,7 +5,9 @@ mod common;
 use std::fs;
 
 use glam::DVec3;
-use harmolux::io::coefficients::{self, Shape, shtools_text};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients;
+use harmolux::io::coefficients::shtools_text;
 use harmolux::sh::{Coefficients, Convention, Series, Solid, Spectrum, mirrored, volume};
 use serde_json::Value;
 

@@ -7,14 +7,13 @@ use std::path::Path;
 
 use common::{sphere_mesh, split_faces};
 use glam::DVec3;
+use harmolux::fit::{RadialMesh, RadialSamples, fit_error, project_conforming, project_grid};
 use harmolux::io::meshes;
 use harmolux::math::Ray;
 use harmolux::math::sampling::uniform_sphere;
+use harmolux::mesh::Mesh;
 use harmolux::sh::{Coefficients, scattered_fit, volume};
-use harmolux::surface::{
-    Intersector, Mesh, MeshSurface, RadialMesh, RadialSamples, ShSurface, StepBisection, Surface,
-    fit_error, project_conforming, project_grid,
-};
+use harmolux::surface::{Intersector, MeshSurface, ShSurface, StepBisection, Surface};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use harmolux::io::coefficients::{
-    self, ReadOptions, SeriesFormat, Shape, Tolerance, WriteOptions, encode,
-};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients;
+use harmolux::io::coefficients::{ReadOptions, SeriesFormat, Tolerance, WriteOptions, encode};
 use harmolux::sh::{CondonShortley, Convention, Normalisation, Series};
 
 const MM: f64 = 1e-3;

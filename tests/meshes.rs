@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use harmolux::io::meshes::{self, MeshFormat};
-use harmolux::surface::{Mesh, MeshReport};
+use harmolux::mesh::{Mesh, MeshReport};
 
 const FILES: [&str; 12] = [
     "meshio.obj",

@@ -8,7 +8,8 @@ use std::process::Command;
 
 use glam::DVec3;
 use harmolux::estimators::{SensorEstimator, SensorSettings, Stop, Survey, Weighting, illuminance};
-use harmolux::io::coefficients::{SeriesFormat, Shape, WriteOptions, encode};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients::{SeriesFormat, WriteOptions, encode};
 use harmolux::io::meshes;
 use harmolux::io::scene_file::SceneFile;
 use harmolux::math::Randomness;

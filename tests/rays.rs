@@ -6,12 +6,13 @@ use std::path::Path;
 
 use common::bumpy;
 use glam::DVec3;
+use harmolux::fit::project_conforming;
 use harmolux::io::meshes;
 use harmolux::math::sampling::uniform_sphere;
 use harmolux::math::{Ray, unit};
 use harmolux::sh::Coefficients;
 use harmolux::study::{CheckShape, RayCheckSettings, check_rays, check_shapes};
-use harmolux::surface::{Hit, Intersector, ShSurface, StepBisection, Surface, project_conforming};
+use harmolux::surface::{Hit, Intersector, ShSurface, StepBisection, Surface};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 

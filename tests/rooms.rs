@@ -5,30 +5,75 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Room -> the rooms it may name; `error` is open to all.
-const ARROWS: [(&str, &[&str]); 8] = [
+const ARROWS: [(&str, &[&str]); 11] = [
     ("math", &[]),
     ("exact", &["math"]),
     ("sh", &["math"]),
-    ("surface", &["sh", "math"]),
+    ("mesh", &["math"]),
+    ("surface", &["mesh", "sh", "math"]),
+    ("fit", &["surface", "mesh", "sh", "math"]),
     ("scene", &["surface", "math"]),
     ("estimators", &["scene", "surface", "math"]),
-    ("io", &["scene", "surface", "sh", "math"]),
-    ("study", &["io", "estimators", "exact", "scene", "surface", "sh", "math"]),
+    ("plots", &["io", "scene", "mesh", "sh", "math"]),
+    ("io", &["scene", "fit", "surface", "mesh", "sh", "math"]),
+    (
+        "study",
+        &["io", "plots", "estimators", "exact", "scene", "fit", "surface", "mesh", "sh", "math"],
+    ),
 ];
 
+/// Lists the source files below a folder but those of tests.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("the room is a folder");
     let paths = entries.map(|e| e.expect("readable").path());
     paths
+        .filter(|p| p.file_stem().is_some_and(|name| name != "tests"))
         .flat_map(|p| if p.is_dir() { sources(&p) } else { vec![p] })
         .filter(|p| p.extension().is_some_and(|e| e == "rs"))
         .collect()
 }
 
-/// Drops comments, and the test module at the end of a file: tests may reach for a helper next door.
+/// Drops comments and whatever is marked `#[cfg(test)]`: tests may reach for a helper next door.
 fn code(text: &str) -> String {
-    let lines = text.lines().take_while(|l| !l.trim_start().starts_with("#[cfg(test)]"));
-    lines.map(|l| l.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
+    let lines = text.lines().map(|l| l.split("//").next().unwrap_or(""));
+    let text = lines.collect::<Vec<_>>().join("\n");
+    let mut parts = text.split("#[cfg(test)]");
+    let first = parts.next().unwrap_or("").to_owned();
+    parts.fold(first, |kept, part| kept + &part[item_end(part)..])
+}
+
+/// Finds where an item ends: at its first semicolon outside braces, or at its closing brace.
+fn item_end(text: &str) -> usize {
+    let mut depth = 0;
+    for (i, c) in text.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 1 => return i + 1,
+            '}' => depth -= 1,
+            ';' if depth == 0 => return i + 1,
+            _ => {}
+        }
+    }
+    text.len()
+}
+
+/// Lists the names of the crate's root that a file of this module path reaches by `super` chains.
+fn named_by_super(code: &str, depth: usize) -> BTreeSet<String> {
+    let chain = "super::".repeat(depth);
+    let ends = code.match_indices(&chain).filter(|(at, _)| !code[..*at].ends_with("super::"));
+    let rest = ends.map(|(at, _)| &code[at + chain.len()..]);
+    rest.filter(|r| !r.starts_with("super::"))
+        .flat_map(|r| match r.strip_prefix('{') {
+            Some(group) => group_heads(group),
+            None => vec![identifier(r)],
+        })
+        .collect()
+}
+
+/// Returns how many modules deep a file stands below the root of the crate.
+fn depth(src: &Path, file: &Path) -> usize {
+    let inner = file.strip_prefix(src).expect("in src");
+    inner.components().count() - usize::from(file.ends_with("mod.rs"))
 }
 
 /// Lists the first path segments named after `crate::` or `harmolux::`, braces opened.
@@ -77,7 +122,9 @@ fn rooms_name_only_the_rooms_they_may() {
     let mut wrong = Vec::new();
     for (room, allowed) in ARROWS {
         for file in sources(&src.join(room)) {
-            let names = named(&code(&fs::read_to_string(&file).expect("readable")));
+            let code = code(&fs::read_to_string(&file).expect("readable"));
+            let mut names = named(&code);
+            names.extend(named_by_super(&code, depth(&src, &file)));
             let rooms = names.iter().filter(|n| ARROWS.iter().any(|(r, _)| r == n));
             wrong.extend(
                 rooms
@@ -103,9 +150,12 @@ fn every_folder_of_src_is_a_room() {
 
 #[test]
 fn the_reader_of_arrows_sees_them() {
-    let text =
-        "use crate::{Error, io::meshes::{a, b}, sh};\nuse crate::math::Ray;\n// crate::study\n";
-    let names = named(&code(text));
+    let text = "use crate::{Error, io::meshes::{a, b}, sh};\nuse crate::math::Ray;\n// crate::study\n\
+        #[cfg(test)]\nmod tests { use crate::exact; fn f() {} }\nuse super::super::fit;\n\
+        #[cfg(test)]\nuse crate::exact;\nuse super::super::{mesh::Mesh, plots};\nuse super::own;";
+    let code = code(text);
     let expected = ["Error", "io", "math", "sh"].map(String::from);
-    assert_eq!(names, BTreeSet::from(expected));
+    assert_eq!(named(&code), BTreeSet::from(expected));
+    let expected = ["fit", "mesh", "plots"].map(String::from);
+    assert_eq!(named_by_super(&code, 2), BTreeSet::from(expected));
 }

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use harmolux::fit::{Fit, FitSettings, fit, mesh_bytes};
+use harmolux::fit::{Shape, Source};
 use harmolux::io::coefficients::compact::{self, Tolerance};
-use harmolux::io::coefficients::{Shape, Source};
 use harmolux::io::meshes;
 use harmolux::sh::Coefficients;
-use harmolux::study::{Fit, FitSettings, fit, mesh_bytes};
 
 const LMAX: usize = 32;
 

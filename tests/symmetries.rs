@@ -403,7 +403,7 @@ fn smooth_meshes_that_shine_or_reflect_are_alike_by_walks_and_by_paths() {
 }
 
 /// Joins vertices in one place, so that normals can be interpolated.
-fn welded(mesh: &harmolux::surface::Mesh) -> harmolux::surface::Mesh {
+fn welded(mesh: &harmolux::mesh::Mesh) -> harmolux::mesh::Mesh {
     let mut positions: Vec<DVec3> = Vec::new();
     let mut number = |p: DVec3| {
         let known = positions.iter().position(|q| q.distance(p) <= 1e-9);
@@ -413,7 +413,7 @@ fn welded(mesh: &harmolux::surface::Mesh) -> harmolux::surface::Mesh {
         }) as u32
     };
     let faces = (0..mesh.triangles().len()).map(|f| mesh.corners(f).map(&mut number)).collect();
-    harmolux::surface::Mesh::new(positions, faces).expect("valid")
+    harmolux::mesh::Mesh::new(positions, faces).expect("valid")
 }
 
 /// The turns are turns: what the rest relies on.

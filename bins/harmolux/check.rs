@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::DVec3;
 use harmolux::Result;
+use harmolux::fit::SelfIntersections;
+use harmolux::fit::star::{Fold, Folds, StarReport};
+use harmolux::fit::{Check as Findings, CheckSettings, FaceFault, SOUND, StarCheck};
 use harmolux::io::meshes::{self, MeshColours, MeshFormat};
 use harmolux::io::output::Output;
-use harmolux::study::{Check as Findings, CheckSettings, FaceFault, SOUND, StarCheck};
-use harmolux::surface::star::{Fold, Folds, StarReport};
-use harmolux::surface::{Mesh, RepairReport, SelfIntersections};
+use harmolux::mesh::{Mesh, RepairReport};
 use serde_json::{Value, json};
 
 use super::arguments::{MeshHabits, point};

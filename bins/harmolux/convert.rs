@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use harmolux::error::InputError;
-use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, Shape, Tolerance, WriteOptions};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients;
+use harmolux::io::coefficients::{ReadOptions, SeriesFormat, Tolerance, WriteOptions};
 use harmolux::io::output::Output;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 use harmolux::{Error, Result};

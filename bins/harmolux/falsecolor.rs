@@ -8,9 +8,9 @@ use glam::DVec3;
 use harmolux::error::InputError;
 use harmolux::io::images::{Attribute, Exr};
 use harmolux::io::output::Output;
-use harmolux::io::plots::{ColourScale, FalseColour, Isolux, Palette, Scale, ScaleWish, Tally};
 use harmolux::io::sensor_table::{self, MeasuredGroup};
-use harmolux::math::Lattice;
+use harmolux::plots::Lattice;
+use harmolux::plots::{ColourScale, FalseColour, Isolux, Palette, Scale, ScaleWish, Tally};
 use harmolux::{Error, Result};
 use serde_json::json;
 

@@ -5,14 +5,15 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use harmolux::io::coefficients::{Shape, Source, Tolerance};
+use harmolux::fit::Envelope;
+use harmolux::fit::{Fit as MeshFit, FitSettings, NotStar, PointFit, Projection, fit, fit_points};
+use harmolux::fit::{Shape, Source};
+use harmolux::io::coefficients::Tolerance;
 use harmolux::io::meshes;
-use harmolux::io::points::{self, Points};
+use harmolux::io::points;
+use harmolux::mesh::Points;
+use harmolux::mesh::{Mesh, RepairReport, UpAxis};
 use harmolux::sh::Filter;
-use harmolux::study::{
-    Fit as MeshFit, FitSettings, NotStar, PointFit, Projection, fit, fit_points,
-};
-use harmolux::surface::{Envelope, Mesh, RepairReport, UpAxis};
 use harmolux::{Error, Result};
 
 use super::arguments::{MeshHabits, UpName, point, tolerance};

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use glam::DVec3;
+use harmolux::fit::{Fit as MeshFit, PointFit, mesh_bytes, series_bytes};
 use harmolux::sh::{Coefficients, Filter};
-use harmolux::study::{Fit as MeshFit, PointFit, mesh_bytes, series_bytes};
 use serde_json::{Value, json};
 
 use super::fit::{Fit, Fitted};

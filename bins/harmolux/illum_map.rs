@@ -4,8 +4,8 @@ use std::path::Path;
 
 use harmolux::io::meshes::{MeshFormat, SurfaceSamples};
 use harmolux::io::output::Output;
-use harmolux::io::plots::Palette;
 use harmolux::io::scene_file::{SceneFile, SensorSpec};
+use harmolux::plots::Palette;
 use harmolux::{Error, Result};
 
 use super::illum::{Group, Illum};

@@ -3,10 +3,10 @@
 use comfy_table::Table as TextTable;
 use glam::DVec3;
 use harmolux::estimators::{Bracket, Ending, GroupSummary, Survey};
-use harmolux::io::plots::{Axis, Curve, Figure, Style};
 use harmolux::io::scene_file::Limit;
 use harmolux::io::tables::Table;
 use harmolux::math::stats::Estimate;
+use harmolux::plots::{Axis, Curve, Figure, Style};
 use harmolux::study::{Judged, Verdict};
 use harmolux::{Error, Result};
 use serde_json::{Value, json};

@@ -5,8 +5,8 @@ use std::path::Path;
 use harmolux::Result;
 use harmolux::io::npy;
 use harmolux::io::output::{Kind, Output};
-use harmolux::io::plots::Figure;
 use harmolux::io::tables::{Cell, Table};
+use harmolux::plots::Figure;
 
 use super::plot::{PlotFormat, unknown_output};
 use super::target::Target;

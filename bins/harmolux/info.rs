@@ -5,11 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::DVec3;
 use harmolux::Result;
-use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, Shape};
+use harmolux::fit::Shape;
+use harmolux::fit::star;
+use harmolux::fit::{mesh_bytes, series_bytes};
+use harmolux::io::coefficients;
+use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
 use harmolux::io::meshes;
+use harmolux::mesh::MeshReport;
 use harmolux::sh::{Convention, least, positions, range, volume};
-use harmolux::study::{mesh_bytes, series_bytes};
-use harmolux::surface::{MeshReport, star};
 use serde_json::{Value, json};
 
 use super::arguments::SeriesReading;

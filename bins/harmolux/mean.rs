@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
-use harmolux::io::coefficients::{self, Shape};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients;
 use harmolux::sh::{Coefficients, Spectrum, difference, scatter, weighted_mean};
 use harmolux::{Error, Result};
 use serde_json::json;

@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use clap::Args;
 use harmolux::Result;
+use harmolux::fit::{Resolution, Tessellation, tessellate};
 use harmolux::io::coefficients;
 use harmolux::io::meshes::{MeshFormat, encode};
 use harmolux::io::output::Output;
 use harmolux::sh::volume;
-use harmolux::surface::{Resolution, Tessellation, tessellate};
 use serde_json::{Value, json};
 
 use super::arguments::{SeriesReading, length, size};

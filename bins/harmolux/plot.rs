@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::Path;
 
 use harmolux::io::output::{Kind, Output};
-use harmolux::io::plots::Figure;
+use harmolux::plots::Figure;
 use harmolux::{Error, Result};
 
 use super::say;

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use harmolux::io::coefficients::{self, Shape};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients;
 use harmolux::io::spectra;
 use harmolux::sh::{
     Coefficients, GaussianSphere, RandomShape, Spectrum, gaussian, least, power_law, range,

@@ -9,14 +9,12 @@ use harmolux::estimators::{
     Ending, Estimator, ImageSettings, Keeper, Progress, Rendering, SHARE_WITHIN, Stop, Weighting,
     render_on,
 };
+use harmolux::fit::{mesh_bytes, series_bytes};
 use harmolux::io::output::Output;
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec, split_override};
 use harmolux::math::Randomness;
 use harmolux::scene::{Camera, Film, Layer, Scene, Window};
-use harmolux::study::{
-    FittedObject, Loaded, Preparation, camera, check_view, load, load_seen, mesh_bytes,
-    series_bytes,
-};
+use harmolux::study::{FittedObject, Loaded, Preparation, camera, check_view, load, load_seen};
 use harmolux::{Error, Result};
 use serde_json::json;
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 use harmolux::Result;
-use harmolux::surface::{Mesh, RepairReport, RepairSettings, repair};
+use harmolux::mesh::{Mesh, RepairReport, RepairSettings, repair};
 
 use super::fit::about;
 use super::say;

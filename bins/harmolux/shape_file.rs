@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use harmolux::Result;
-use harmolux::io::coefficients::{SeriesFormat, Shape, Tolerance, WriteOptions, encode};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients::{SeriesFormat, Tolerance, WriteOptions, encode};
 use harmolux::io::output::Output;
 
 /// A coefficient file that can be written.

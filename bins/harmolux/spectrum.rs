@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use harmolux::Result;
-use harmolux::io::coefficients::{self, Shape};
-use harmolux::io::plots::{Axis, Curve, Figure};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients;
 use harmolux::io::tables::{Cell, Table};
+use harmolux::plots::{Axis, Curve, Figure};
 use harmolux::sh;
 
 use super::arguments::SeriesReading;

@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use harmolux::Result;
-use harmolux::io::coefficients::{self, ReadOptions, Shape};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients;
+use harmolux::io::coefficients::ReadOptions;
+use harmolux::mesh::Mesh;
 use harmolux::study::Subject;
-use harmolux::surface::Mesh;
 
 use super::arguments::{MeshHabits, SeriesHabits};
 use super::fit::read_mesh;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use harmolux::io::coefficients::Shape;
+use harmolux::fit::Shape;
 use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::study::{SweepRow, sweep, sweep_figure};

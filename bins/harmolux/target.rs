@@ -4,8 +4,8 @@ use std::path::Path;
 
 use harmolux::Result;
 use harmolux::io::output::Output;
-use harmolux::io::plots::Figure;
 use harmolux::io::tables::Table;
+use harmolux::plots::Figure;
 
 use super::plot::{PlotFormat, unknown_output};
 

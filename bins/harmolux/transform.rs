@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use glam::{DMat3, DQuat, DVec3};
 use harmolux::Result;
-use harmolux::io::coefficients::{self, Shape};
+use harmolux::fit::Shape;
+use harmolux::fit::{NewCentre, Reshaped, Steps, Turn, reshape};
+use harmolux::io::coefficients;
 use harmolux::math::{EulerAngles, Rotation};
 use harmolux::sh::{Alignment, Axis, Filter, Recentred, Top};
-use harmolux::study::{NewCentre, Reshaped, Steps, Turn, reshape};
 use serde_json::{Value, json};
 
 use super::arguments::{SeriesReading, numbers, point};

@@ -6,13 +6,13 @@ use std::ops::ControlFlow;
 use glam::DVec3;
 use harmolux::Result;
 use harmolux::estimators::{SensorEstimator, SensorSettings, Stop, Weighting, illuminance};
+use harmolux::fit::{Resolution, Tessellation, tessellate};
 use harmolux::math::{Randomness, Rgb};
+use harmolux::mesh::Mesh;
 use harmolux::scene::{Distribution, Object, PointLight, Scene, Sensor};
 use harmolux::sh::Coefficients;
 use harmolux::surface::primitives::{AxisBox, Disc, Sphere};
-use harmolux::surface::{
-    Intersector, Mesh, MeshSurface, Resolution, SampleArea, ShSurface, Tessellation, tessellate,
-};
+use harmolux::surface::{Intersector, MeshSurface, SampleArea, ShSurface};
 
 use super::{Problem, grey};
 

@@ -2,9 +2,11 @@
 
 use clap::ValueEnum;
 use glam::DVec3;
+use harmolux::fit::project_conforming;
 use harmolux::math::sampling::uniform_sphere;
 use harmolux::math::{Frame, Ray};
-use harmolux::surface::{Hit, Intersector, Mesh, SampleArea, ShSurface, project_conforming};
+use harmolux::mesh::Mesh;
+use harmolux::surface::{Hit, Intersector, SampleArea, ShSurface};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 

@@ -16,11 +16,11 @@ use std::time::Instant;
 
 use clap::{Parser, ValueEnum};
 use glam::DVec3;
+use harmolux::fit::project_conforming;
 use harmolux::io::meshes;
 use harmolux::math::Ray;
-use harmolux::surface::{
-    Intersector, Mesh, MeshSurface, ShSurface, StepBisection, Surface, project_conforming,
-};
+use harmolux::mesh::Mesh;
+use harmolux::surface::{Intersector, MeshSurface, ShSurface, StepBisection, Surface};
 use serde_json::json;
 
 use kinds::{Body, Kind};

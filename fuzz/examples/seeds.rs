@@ -6,12 +6,11 @@ use std::fs;
 use std::path::Path;
 
 use harmolux::io::coefficients::compact::Tolerance;
-use harmolux::io::coefficients::{
-    SeriesFormat, Shape, Source, WriteOptions, binary, compact, encode,
-};
+use harmolux::io::coefficients::{SeriesFormat, WriteOptions, binary, compact, encode};
+use harmolux::fit::{Shape, Source};
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::sh::Coefficients;
-use harmolux::surface::Mesh;
+use harmolux::mesh::Mesh;
 
 type Done = Result<(), Box<dyn std::error::Error>>;
 

@@ -9,7 +9,8 @@ use std::sync::OnceLock;
 
 use cap::Cap;
 use glam::DVec3;
-use harmolux::io::coefficients::{ReadOptions, SeriesFormat, Shape, binary, compact, parse};
+use harmolux::io::coefficients::{ReadOptions, SeriesFormat, binary, compact, parse};
+use harmolux::fit::Shape;
 use harmolux::io::{meshes, scene_file::SceneFile};
 use harmolux::math::Ray;
 use harmolux::sh::{Coefficients, Convention};

@@ -6,7 +6,6 @@ pub mod images;
 pub mod meshes;
 pub mod npy;
 pub mod output;
-pub mod plots;
 pub mod points;
 pub mod rays;
 pub mod scene_file;

@@ -10,16 +10,8 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::error::InputError;
+use crate::mesh::Points;
 use crate::{Error, Result};
-
-/// Holds points in space with their weights.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Points {
-    /// The points, metres as the file has them.
-    pub positions: Vec<DVec3>,
-    /// The weight of each point, at least 0; 1 where the file has none.
-    pub weights: Vec<f64>,
-}
 
 /// Tells a point file from a mesh by its extension: .xyz or .csv.
 pub fn is_points(path: &Path) -> bool {

@@ -6,12 +6,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::detail::{Detail, detail};
-use super::fit::Fit;
 use super::grids;
 use super::on_surface::{self, Form, Laid};
 use super::shared_surfaces::{Preparation, SharedSurfaces};
 use super::solids::{self, Body, Solid};
 use super::warnings::{coincidences, misplaced_cameras, misplaced_sensors, overlaps};
+use crate::fit::Fit;
 use crate::io::scene_file::{
     self, BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec,
     ObjectSpec, PointsSpec, SceneFile, SensorSpec, ShSpec, Strength, SurfaceLayout,
@@ -457,7 +457,8 @@ mod tests {
 
     use super::*;
     use crate::estimators::{SensorEstimator, SensorSettings, Stop, Weighting, illuminance};
-    use crate::io::coefficients::{SeriesFormat, Shape, WriteOptions, encode};
+    use crate::fit::Shape;
+    use crate::io::coefficients::{SeriesFormat, WriteOptions, encode};
     use crate::io::scene_file::DetailSpec;
     use crate::math::Randomness;
 

@@ -1,18 +1,14 @@
 //! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees, checking an intersector.
 
 mod batch;
-mod check;
 mod compare;
 mod detail;
-mod fit;
-mod fit_points;
 mod grids;
 mod known;
 mod load;
 mod on_surface;
 mod ray_check;
 mod requirements;
-mod reshape;
 mod shared_surfaces;
 mod solids;
 mod sweep;
@@ -20,14 +16,11 @@ mod view;
 mod warnings;
 
 pub use batch::batch;
-pub use check::{Check, CheckSettings, FaceFault, SOUND, StarCheck};
 pub use compare::{
     CompareSettings, Comparison, DistanceMap, Hausdorff, NormalAngles, Pair, RadialDifference,
     Subject, compare,
 };
 pub use detail::{Detail, detail};
-pub use fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
-pub use fit_points::{PointFit, fit_points};
 pub use known::known;
 pub use load::{DetailedObject, FittedObject, Loaded, SensorGroup, camera, load, load_seen};
 pub use ray_check::{
@@ -35,7 +28,6 @@ pub use ray_check::{
     check_shapes,
 };
 pub use requirements::{Judged, Verdict, judge};
-pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
 pub use shared_surfaces::Preparation;
 pub use sweep::{SweepRow, sweep, sweep_figure};
 pub use view::check_view;

@@ -12,13 +12,15 @@ use rayon::prelude::*;
 
 use super::grids;
 use crate::Result;
+use crate::fit::{Resolution, tessellate};
 use crate::io::scene_file::{
     BoxFace, BoxSpec, ObjectSpec, SceneFile, SphereSpec, SurfaceLayout, SurfacePlace, SurfaceSpec,
 };
 use crate::math::Ray;
+use crate::mesh::Mesh;
 use crate::scene::{Measure, Object, Sensor};
 use crate::sh::Coefficients;
-use crate::surface::{Hit, Instance, Mesh, MeshSurface, Resolution, ShSurface, tessellate};
+use crate::surface::{Hit, Instance, MeshSurface, ShSurface};
 
 /// The kinds of surface whose vertices can be asked for.
 #[derive(Clone)]

@@ -8,12 +8,13 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use super::fit::{Fit, FitSettings, fit};
 use crate::Result;
+use crate::fit::{Fit, FitSettings, fit};
 use crate::io::coefficients::{self, SeriesFormat};
 use crate::io::meshes;
+use crate::mesh::{Doubles, Mesh, MeshReport};
 use crate::sh::Coefficients;
-use crate::surface::{Doubles, Intersector, Mesh, MeshReport, MeshSurface, ShSurface};
+use crate::surface::{Intersector, MeshSurface, ShSurface};
 
 /// Says which series a file gives; placement, unit and axes come after the shape and are no part of it.
 #[derive(Debug, Clone, Copy, PartialEq)]

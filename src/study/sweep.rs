@@ -7,11 +7,12 @@ use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::fit::{Fit, FitSettings, fit, mesh_bytes, series_bytes};
 use crate::Result;
-use crate::io::plots::{Axis, Curve, Figure};
+use crate::fit::{Fit, FitSettings, fit, mesh_bytes, series_bytes};
 use crate::math::{Ray, sampling};
-use crate::surface::{Intersector, Mesh, MeshSurface, ShSurface, Surface};
+use crate::mesh::Mesh;
+use crate::plots::{Axis, Curve, Figure};
+use crate::surface::{Intersector, MeshSurface, ShSurface, Surface};
 
 /// Holds one line of a sweep.
 #[derive(Debug, Clone, PartialEq)]

@@ -276,9 +276,10 @@ mod tests {
 
     use super::*;
     use crate::math::Placement;
+    use crate::mesh::shapes;
     use crate::sh::Coefficients;
     use crate::surface::primitives::{AxisBox, Disc, Rectangle, Sphere};
-    use crate::surface::{Instance, Intersector, MeshSurface, SampleArea, ShSurface, mesh_shapes};
+    use crate::surface::{Instance, Intersector, MeshSurface, SampleArea, ShSurface};
 
     const NOWHERE: Division = Division { count: 200, lights: &[] };
 
@@ -342,7 +343,7 @@ mod tests {
         let turn = glam::DQuat::from_rotation_x(1.0);
         let placement = Placement::new(turn, 3.0, DVec3::ONE).expect("valid");
         check(&Instance::new(egg, placement), &NOWHERE, 1e-4, 0.05);
-        let mesh = MeshSurface::new(mesh_shapes::cube()).expect("valid");
+        let mesh = MeshSurface::new(shapes::cube()).expect("valid");
         check(&mesh, &NOWHERE, 1e-12, 1e-9);
         assert_eq!(mesh.facets(&NOWHERE).len(), 12 * 16);
     }

@@ -3,54 +3,23 @@
 mod area_map;
 mod bvh;
 mod certified;
-mod envelope;
-mod face_nodes;
 mod facets;
-mod fit_error;
-mod hausdorff;
 mod instance;
-mod mesh;
-mod mesh_boundary;
-mod mesh_check;
-mod mesh_doubles;
-mod mesh_edges;
-mod mesh_repair;
 mod mesh_surface;
-mod nearest;
 mod patches;
 pub mod primitives;
-mod projection;
 mod radial;
-mod radial_mesh;
-mod self_intersections;
 mod sh_surface;
 mod shell;
-pub mod star;
 mod step_bisection;
-mod tessellation;
-mod triangle;
 
 pub use bvh::Bvh;
-pub use envelope::{Envelope, least_folded};
 pub use facets::{Division, Facet};
-pub use fit_error::{FitError, fit_error};
-pub use hausdorff::{FarthestPoint, farthest_point};
 pub use instance::Instance;
-pub use mesh::{Mesh, UpAxis};
-pub use mesh_boundary::BoundaryLoop;
-pub use mesh_check::MeshReport;
-pub use mesh_doubles::Doubles;
-pub use mesh_edges::{BadEdge, EdgeFault, edge_faults};
-pub use mesh_repair::{RepairReport, RepairSettings, repair};
 pub use mesh_surface::MeshSurface;
-pub use nearest::{Nearest, NearestPoint};
-pub use projection::{project_conforming, project_faces, project_grid, project_rays};
 pub use radial::{Chord, Gap, RadialBody};
-pub use radial_mesh::{Folds, RadialMesh, RadialSamples};
-pub use self_intersections::{Crossing, SelfIntersections};
 pub use sh_surface::{Intersector, ShSurface};
 pub use step_bisection::StepBisection;
-pub use tessellation::{ChordError, MAX_FACES, Resolution, Tessellation, tessellate};
 
 use glam::{DVec2, DVec3};
 
@@ -215,7 +184,3 @@ pub struct AreaPoint {
     /// The density, 1/m2, with which this point was picked.
     pub density: f64,
 }
-
-/// Shapes for the tests of other rooms.
-#[cfg(test)]
-pub(crate) use mesh::shapes as mesh_shapes;

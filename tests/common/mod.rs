@@ -13,10 +13,11 @@ use harmolux::estimators::{
     Estimator, ImageSettings, Progress, SensorEstimator, SensorSettings, Stop,
 };
 use harmolux::math::{Placement, Randomness, Rgb};
+use harmolux::mesh::Mesh;
 use harmolux::scene::{Camera, Filter, Material, Object};
 use harmolux::sh::Coefficients;
 use harmolux::surface::primitives::AxisBox;
-use harmolux::surface::{Instance, Intersector, Mesh, SampleArea, ShSurface};
+use harmolux::surface::{Instance, Intersector, SampleArea, ShSurface};
 use std::sync::Arc;
 
 /// Lets a run go on.

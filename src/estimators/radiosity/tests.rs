@@ -8,9 +8,10 @@ use glam::DVec3;
 use super::*;
 use crate::estimators::{Ending, SensorEstimator, SensorSettings, illuminance, luminance};
 use crate::math::{Randomness, Ray};
+use crate::mesh::shapes;
 use crate::scene::{Material, Measure, Object, PointLight, Sensor};
+use crate::surface::MeshSurface;
 use crate::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
-use crate::surface::{MeshSurface, mesh_shapes};
 
 fn grey(reflectance: f64) -> Material {
     Material::lambert(Rgb::grey(reflectance)).expect("valid")
@@ -162,7 +163,7 @@ fn furnace_of_boxes_tables_and_meshes() {
     // All emit pi L0 (1 - rho): E = pi L0 on both sides of the table, around the cube, in free space, and for a cylinder.
     let furnace = |rho: f64| grey(rho).emitting(Rgb::grey(PI * (1.0 - rho)));
     let walls = AxisBox::new(DVec3::ZERO, DVec3::new(4.0, 5.0, 3.0)).expect("valid");
-    let cube = MeshSurface::new(mesh_shapes::cube().translated(DVec3::new(2.5, 3.0, 0.5)));
+    let cube = MeshSurface::new(shapes::cube().translated(DVec3::new(2.5, 3.0, 0.5)));
     let objects = vec![
         Object::new("room", walls.turned_inward(true), furnace(0.5)),
         Object::new("cube", cube.expect("valid"), furnace(0.3)),

@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::rows::{agreed, coefficient, collect};
-use super::{ReadOptions, SeriesFormat, Shape};
+use super::{ReadOptions, SeriesFormat};
 use crate::error::InputError;
+use crate::fit::Shape;
 use crate::io::output::SOFTWARE;
 use crate::sh::Convention;
 use crate::{Error, Result};
@@ -186,7 +187,7 @@ fn broken(path: &Path, error: &csv::Error) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::coefficients::Source;
+    use crate::fit::Source;
     use crate::sh::Coefficients;
 
     fn read(text: &str, row: Option<usize>) -> Result<Shape> {

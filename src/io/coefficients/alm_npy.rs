@@ -6,9 +6,10 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use super::rows::agreed;
-use super::{ReadOptions, SeriesFormat, Shape};
+use super::{ReadOptions, SeriesFormat};
 use crate::Result;
 use crate::error::InputError;
+use crate::fit::Shape;
 use crate::io::npy::{self, Array};
 use crate::sh::Coefficients;
 

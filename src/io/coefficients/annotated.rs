@@ -19,9 +19,10 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::ReadOptions;
 use super::rows::{agreed, text};
-use super::{ReadOptions, Shape, Source, SourceHash};
 use crate::error::InputError;
+use crate::fit::{Shape, Source, SourceHash};
 use crate::io::output::SOFTWARE;
 use crate::sh::{Coefficients, CondonShortley, Convention, Normalisation};
 use crate::{Error, Result};

@@ -3,10 +3,11 @@
 
 use std::path::Path;
 
+use super::ReadOptions;
 use super::rows::{agreed, collect};
-use super::{ReadOptions, Shape};
 use crate::Result;
 use crate::error::InputError;
+use crate::fit::Shape;
 use crate::io::npy::{self, Array};
 use crate::sh::Convention;
 

@@ -6,9 +6,10 @@ use std::path::Path;
 
 use super::rows::{Triangle, cells, coefficient, digits, lines};
 use super::shtools_text::header_lines;
-use super::{ReadOptions, Shape, annotated};
+use super::{ReadOptions, annotated};
 use crate::Result;
 use crate::error::InputError;
+use crate::fit::Shape;
 use crate::sh::{Coefficients, Convention};
 
 /// Writes a shape as text with signed orders, 17 significant digits a number.

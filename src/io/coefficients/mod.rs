@@ -5,7 +5,6 @@ mod annotated;
 mod format;
 mod recognise;
 mod rows;
-mod shape;
 
 pub mod aics_csv;
 pub mod alm_npy;
@@ -21,11 +20,11 @@ pub mod spharm_pdm;
 pub use compact::Tolerance;
 pub use format::SeriesFormat;
 pub use recognise::{recognise, recognise_content};
-pub use shape::{Shape, Source, SourceHash};
 
 use std::path::Path;
 
 use crate::error::InputError;
+use crate::fit::Shape;
 use crate::sh::Convention;
 use crate::{Error, Result};
 

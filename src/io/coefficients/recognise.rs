@@ -74,7 +74,8 @@ fn is_text(head: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::coefficients::{Shape, WriteOptions, encode};
+    use crate::fit::Shape;
+    use crate::io::coefficients::{WriteOptions, encode};
     use crate::sh::Coefficients;
 
     #[test]

@@ -8,9 +8,10 @@
 
 use std::path::Path;
 
+use super::ReadOptions;
 use super::rows::{Triangle, agreed, cells, check_place, coefficient, digits, lines, number, text};
-use super::{ReadOptions, Shape};
 use crate::error::InputError;
+use crate::fit::Shape;
 use crate::io::output::SOFTWARE;
 use crate::sh::{CondonShortley, Convention, Normalisation};
 use crate::{Error, Result};

@@ -6,9 +6,10 @@
 use std::path::Path;
 
 use super::rows::{Triangle, cells, check_place, coefficient, digits, lines, number};
-use super::{ReadOptions, Shape, annotated};
+use super::{ReadOptions, annotated};
 use crate::Result;
 use crate::error::InputError;
+use crate::fit::Shape;
 use crate::sh::{Coefficients, Convention};
 
 /// How many header lines pyshtools writes at most.
@@ -86,7 +87,7 @@ fn row(line: &str, (l, m): (usize, usize)) -> Result<(f64, f64), String> {
 mod tests {
     use super::*;
     use crate::Error;
-    use crate::io::coefficients::Source;
+    use crate::fit::Source;
     use crate::io::output::SOFTWARE;
     use crate::sh::{CondonShortley, Normalisation};
     use glam::DVec3;

@@ -16,8 +16,9 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use super::rows::{agreed, coefficient, digits, text};
-use super::{ReadOptions, SeriesFormat, Shape};
+use super::{ReadOptions, SeriesFormat};
 use crate::error::InputError;
+use crate::fit::Shape;
 use crate::sh::{Coefficients, RadialPart, positions, radius_of};
 use crate::{Error, Result};
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::MeshFormat;
 use crate::io::output::SOFTWARE;
-use crate::surface::Mesh;
+use crate::mesh::Mesh;
 use crate::{Error, Result};
 
 /// Colours a mesh by red, green and blue from 0 to 255.
@@ -28,7 +28,7 @@ pub enum MeshColours<'a> {
 /// ```
 /// use glam::DVec3;
 /// use harmolux::io::meshes::{MeshFormat, encode};
-/// use harmolux::surface::Mesh;
+/// use harmolux::mesh::Mesh;
 /// let mesh = Mesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]])?;
 /// let text = String::from_utf8(encode(&mesh, MeshFormat::Obj)?).expect("text");
 /// assert!(text.ends_with("v 0.0 1.0 0.0\nf 1 2 3\n"));
@@ -137,7 +137,7 @@ fn stl(mesh: &Mesh) -> Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::mesh_shapes as shapes;
+    use crate::mesh::shapes;
 
     #[test]
     fn empty_mesh_has_a_header() {

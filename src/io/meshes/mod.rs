@@ -20,7 +20,7 @@ mod welding;
 use std::path::Path;
 
 use crate::Result;
-use crate::surface::Mesh;
+use crate::mesh::Mesh;
 use source::Source;
 
 pub use encode::{MeshColours, encode, encode_ply};
@@ -109,8 +109,10 @@ mod tests {
     use super::*;
     use std::fs;
 
+    use crate::fit::star;
     use crate::math::{Randomness, Ray, Stream, sampling};
-    use crate::surface::{MeshReport, MeshSurface, SampleArea, Surface, star};
+    use crate::mesh::MeshReport;
+    use crate::surface::{MeshSurface, SampleArea, Surface};
     use glam::DVec3;
 
     fn head() -> Mesh {

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::parts::{Fan, MOST_VERTICES, Parts, thin_face};
 use super::source::{Source, number, shown, words};
-use crate::surface::Mesh;
+use crate::mesh::Mesh;
 use crate::{Error, Result};
 
 /// Reads an OBJ file: its vertices in their own order, its polygons cut into fans. Objects and groups are joined and share their
@@ -256,7 +256,7 @@ mod tests {
         assert_eq!((cube.positions().len(), cube.triangles().len()), (8, 12));
         assert_eq!(cube.positions()[4], DVec3::Z);
         assert_eq!(cube.triangles()[..3], [[3, 2, 1], [3, 1, 0], [0, 1, 5]]);
-        assert!(crate::surface::MeshReport::of(&cube).require_closed().is_ok());
+        assert!(crate::mesh::MeshReport::of(&cube).require_closed().is_ok());
         assert!((cube.volume() - 1.0).abs() <= 1e-15);
         assert_eq!(read(&format!("\u{feff}{CUBE}")).expect("readable"), cube);
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::parts::{Fan, Parts, thin_face, too_many};
 use super::source::{Source, not_finite, number, shown};
-use crate::surface::Mesh;
+use crate::mesh::Mesh;
 use crate::{Error, Result};
 
 /// Tells whether the first word of a file is that of the format, be it a variant that cannot be read.

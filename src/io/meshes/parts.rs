@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::source::Source;
 use crate::Result;
-use crate::surface::Mesh;
+use crate::mesh::Mesh;
 
 /// Holds the mesh as far as it is read.
 #[derive(Debug, Default)]

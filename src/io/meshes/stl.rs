@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::parts::Parts;
 use super::source::{Source, not_finite, number, shown};
 use super::welding::Welding;
-use crate::surface::Mesh;
+use crate::mesh::Mesh;
 use crate::{Error, Result};
 
 const HEADER: u64 = 84;
@@ -196,7 +196,7 @@ fn no_place(source: &Source, position: DVec3) -> Error {
 mod tests {
     use super::*;
     use crate::io::meshes::{MeshFormat, encode};
-    use crate::surface::{MeshReport, mesh_shapes as shapes};
+    use crate::mesh::{MeshReport, shapes};
     use std::path::Path;
 
     fn read(bytes: &[u8]) -> Result<Mesh> {

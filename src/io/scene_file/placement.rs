@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use crate::Result;
 use crate::math::Placement;
-use crate::surface::UpAxis;
+use crate::mesh::UpAxis;
 
 use super::values::{Any, Inline, number};
 use super::vectors::direction;

@@ -11,8 +11,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use self::side::Side;
-use crate::io::coefficients::Shape;
-use crate::surface::{ChordError, FarthestPoint, Mesh, farthest_point};
+use crate::fit::ChordError;
+use crate::fit::Shape;
+use crate::mesh::{FarthestPoint, Mesh, farthest_point};
 use crate::{Error, Result};
 
 pub use radial::RadialDifference;

@@ -7,12 +7,12 @@ use rayon::prelude::*;
 
 use super::Subject;
 use crate::Result;
-use crate::io::coefficients::Shape;
+use crate::fit::Shape;
+use crate::fit::{RadialMesh, fit_error, project_conforming, star};
 use crate::math::Ray;
+use crate::mesh::{Mesh, MeshReport};
 use crate::sh::{Grid, difference, synthesis};
-use crate::surface::{
-    Mesh, MeshReport, MeshSurface, RadialMesh, Surface, fit_error, project_conforming, star,
-};
+use crate::surface::{MeshSurface, Surface};
 
 /// Holds the difference of two radii over all directions, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]

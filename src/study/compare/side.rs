@@ -6,11 +6,11 @@ use glam::{DVec2, DVec3};
 
 use super::Subject;
 use crate::Result;
+use crate::fit::{ChordError, Resolution, tessellate};
 use crate::math::{Randomness, Stream};
+use crate::mesh::{Mesh, MeshReport, NearestPoint};
 use crate::sh::{Series, area, volume};
-use crate::surface::{
-    ChordError, Mesh, MeshReport, MeshSurface, NearestPoint, Resolution, SampleArea, tessellate,
-};
+use crate::surface::{MeshSurface, SampleArea};
 
 /// A shape made ready.
 pub(super) struct Side {

@@ -3,8 +3,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::*;
+use crate::fit::{Resolution, tessellate};
 use crate::sh::Coefficients;
-use crate::surface::{Resolution, tessellate};
 
 const DEFAULT: CompareSettings = CompareSettings { width: None, centre: DVec3::ZERO };
 

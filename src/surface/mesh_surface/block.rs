@@ -11,9 +11,10 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
 use glam::DVec3;
 
-use super::super::{Bvh, Mesh};
+use super::super::Bvh;
 use crate::math::Ray;
 use crate::math::lanes::splat;
+use crate::mesh::Mesh;
 
 /// Triangles in a block.
 pub(super) const LANES: usize = Bvh::PLACES;

@@ -14,10 +14,9 @@ use std::sync::OnceLock;
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec2, DVec3};
 
-use super::{
-    AreaPoint, Bvh, Division, Doubles, Facet, Hit, Mesh, Outline, SampleArea, Surface, facets,
-};
+use super::{AreaPoint, Bvh, Division, Facet, Hit, Outline, SampleArea, Surface, facets};
 use crate::math::{Aabb, Ray, sampling};
+use crate::mesh::{Doubles, Mesh};
 use crate::{Error, Result};
 use block::{Block, LANES, Meeting, Shear};
 use spread::Spread;
@@ -337,9 +336,9 @@ fn vertex_normals(mesh: &Mesh) -> Vec<DVec3> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::mesh::shapes;
     use super::*;
     use crate::math::{Randomness, Stream};
+    use crate::mesh::shapes;
 
     fn numbers() -> Stream {
         Stream::new(Randomness::Pseudorandom, 11, 0)

@@ -49,7 +49,7 @@ const fn parted(x: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::mesh_shapes as shapes;
+    use crate::mesh::shapes;
 
     #[test]
     fn bits_are_two_places_apart() {

@@ -31,8 +31,8 @@ use std::path::Path;
 use glam::DVec3;
 
 use self::model::{Law, Place};
-use super::{Shape, Source, SourceHash};
 use crate::error::InputError;
+use crate::fit::{Shape, Source, SourceHash};
 use crate::sh::Coefficients;
 use crate::{Error, Result};
 

@@ -15,7 +15,7 @@ use std::borrow::Cow;
 
 use super::source::Source;
 use crate::error::InputError;
-use crate::surface::Mesh;
+use crate::mesh::Mesh;
 use crate::{Error, Result};
 use assembly::Assembly;
 use buffers::Buffers;

@@ -9,7 +9,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::*;
-use crate::surface::MeshReport;
+use crate::mesh::MeshReport;
 
 /// The corners of the unit cube as a strip that goes around all six sides.
 const STRIP: [u16; 14] = [0, 1, 4, 5, 7, 1, 3, 0, 2, 4, 6, 7, 2, 3];

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::parts::{Fan, Parts, thin_face, too_many};
 use super::source::{Source, not_finite};
-use crate::surface::Mesh;
+use crate::mesh::Mesh;
 use crate::{Error, Result};
 use header::{Element, Encoding, Header, Shape};
 use rows::Rows;

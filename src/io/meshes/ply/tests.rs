@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::*;
 use crate::io::meshes::{MeshColours, MeshFormat, encode, encode_ply};
-use crate::surface::mesh_shapes as shapes;
+use crate::mesh::shapes;
 
 /// A pyramid over a square, with things that a mesh has no use for.
 const PYRAMID: &str = "ply\nformat ascii 1.0\ncomment by hand\nobj_info nothing\nelement camera 1\nproperty float focus\n\

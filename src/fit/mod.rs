@@ -1,0 +1,28 @@
+//! From meshes and points to coefficients and back: whether a mesh is star-shaped, its radial
+//! samples, their projection, the error of a fit, and the mesh of a series.
+
+mod check;
+mod envelope;
+mod face_nodes;
+mod fit_error;
+mod mesh_fit;
+mod point_fit;
+mod projection;
+mod radial_mesh;
+mod reshape;
+mod self_intersections;
+mod shape;
+pub mod star;
+mod tessellation;
+
+pub use check::{Check, CheckSettings, FaceFault, SOUND, StarCheck};
+pub use envelope::{Envelope, least_folded};
+pub use fit_error::{FitError, fit_error};
+pub use mesh_fit::{Fit, FitSettings, NotStar, Projection, fit, mesh_bytes, series_bytes};
+pub use point_fit::{PointFit, fit_points};
+pub use projection::{project_conforming, project_faces, project_grid, project_rays};
+pub use radial_mesh::{Folds, RadialMesh, RadialSamples};
+pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
+pub use self_intersections::{Crossing, SelfIntersections};
+pub use shape::{Shape, Source, SourceHash};
+pub use tessellation::{ChordError, MAX_FACES, Resolution, Tessellation, tessellate};

@@ -1,0 +1,154 @@
+//! Coefficients become a mesh: closed, oriented outward, star-shaped about the centre, every vertex on the surface.
+//!
+//! A triangle of directions that turns counter-clockwise still does after each corner is moved along its direction, so a triangulated sphere
+//! gives a mesh that is seen from the centre once in every direction, whatever the radius. Three spheres are at hand: the geodesic one, the one
+//! by latitude and longitude, and the one refined to a tolerance.
+
+mod adaptive;
+mod chord_error;
+mod icosphere;
+mod lat_long;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::mesh::Mesh;
+use crate::sh::{Coefficients, Series};
+use crate::{Error, Result};
+
+pub use chord_error::ChordError;
+
+/// The most faces a tessellation may have.
+pub const MAX_FACES: usize = 1 << 25;
+
+/// Chooses how fine a tessellation is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Resolution {
+    /// The geodesic sphere of this frequency n: 20 n^2 faces of nearly one size.
+    Icosphere {
+        /// At least 1.
+        frequency: usize,
+    },
+    /// Latitude and longitude: 2 azimuths (bands - 1) faces, the poles single vertices.
+    LatLong {
+        /// From pole to pole, at least 2.
+        bands: usize,
+        /// Around, at least 3.
+        azimuths: usize,
+    },
+    /// As many faces as it takes for the surface to be within this distance, metres, of the faces at all samples: fine where the surface
+    /// bends, coarse where it does not.
+    Adaptive {
+        /// Positive and finite.
+        tolerance: f64,
+    },
+}
+
+/// Holds a mesh made of coefficients and how far it is from them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tessellation {
+    /// The mesh, metres; its vertices are on the surface.
+    pub mesh: Mesh,
+    /// How far it is from the surface.
+    pub chord_error: ChordError,
+}
+
+/// A triangulated unit sphere.
+struct SphereMesh {
+    directions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Resolution {
+    /// Gives the number of faces; `None` for the adaptive mesh, whose number only refining tells.
+    pub fn faces(self) -> Option<usize> {
+        match self {
+            Self::Icosphere { frequency } => {
+                Some(frequency.saturating_mul(frequency).saturating_mul(20))
+            }
+            Self::LatLong { bands, azimuths } => {
+                Some(bands.saturating_sub(1).saturating_mul(azimuths).saturating_mul(2))
+            }
+            Self::Adaptive { .. } => None,
+        }
+    }
+
+    fn check(self, mean_radius: f64) -> Result<()> {
+        let wrong = match self {
+            Self::Icosphere { frequency: 0 } => "the frequency of an icosphere is at least 1",
+            Self::LatLong { bands, azimuths } if bands < 2 || azimuths < 3 => {
+                "a sphere by latitude and longitude takes at least 2 bands and 3 azimuths"
+            }
+            Self::Adaptive { tolerance } if !(tolerance > 0.0 && tolerance.is_finite()) => {
+                "the chord error to reach is a positive number of metres"
+            }
+            // A sphere takes 4.8 faces for each of its radius over the error; a shape of that size hardly less than a tenth of it.
+            Self::Adaptive { tolerance } if mean_radius / tolerance > 2.0 * MAX_FACES as f64 => {
+                return Err(adaptive::too_many_faces(tolerance));
+            }
+            _ => match self.faces() {
+                Some(faces) if faces > MAX_FACES => {
+                    return Err(Error::Parameter(format!(
+                        "a mesh of {faces} faces is too large; at most {MAX_FACES} are made"
+                    )));
+                }
+                _ => return Ok(()),
+            },
+        };
+        Err(Error::Parameter(wrong.into()))
+    }
+}
+
+/// Makes a mesh of the surface r = f(omega) about `centre`: closed, oriented outward and star-shaped about the centre.
+///
+/// # Errors
+/// [`Error::Parameter`] for a resolution out of range, more than [`MAX_FACES`] or a degree too high; [`Error::Geometry`] where the radius is not positive.
+///
+/// ```
+/// use glam::DVec3;
+/// use harmolux::sh::Coefficients;
+/// use harmolux::surface::{Resolution, tessellate};
+///
+/// let mut ball = Coefficients::zeros(0);
+/// ball.set(0, 0, 2.0, 0.0);
+/// let made = tessellate(&ball, DVec3::ZERO, Resolution::Adaptive { tolerance: 1e-2 })?;
+/// assert!(made.chord_error.measured <= 1e-2);
+/// # Ok::<(), harmolux::Error>(())
+/// ```
+pub fn tessellate(
+    coefficients: &Coefficients,
+    centre: DVec3,
+    resolution: Resolution,
+) -> Result<Tessellation> {
+    resolution.check(coefficients.mean())?;
+    let series = Series::new(coefficients)?;
+    let sphere = match resolution {
+        Resolution::Icosphere { frequency } => icosphere::icosphere(frequency),
+        Resolution::LatLong { bands, azimuths } => lat_long::lat_long(bands, azimuths),
+        Resolution::Adaptive { tolerance } => adaptive::adaptive(&series, tolerance)?,
+    };
+    let points = lift(&series, &sphere.directions)?;
+    let corners: Vec<[DVec3; 3]> =
+        sphere.triangles.iter().map(|t| t.map(|v| points[v as usize])).collect();
+    let chord_error = chord_error::chord_error(&series, &corners)?;
+    let mesh = Mesh::new(points.into_iter().map(|p| centre + p).collect(), sphere.triangles)?;
+    Ok(Tessellation { mesh, chord_error })
+}
+
+/// Moves directions out to the surface.
+fn lift(series: &Series, directions: &[DVec3]) -> Result<Vec<DVec3>> {
+    let radii: Vec<f64> = directions.par_iter().map(|w| series.value(*w)).collect();
+    if let Some(i) = radii.iter().position(|r| !(*r > 0.0 && r.is_finite())) {
+        return Err(Error::Geometry(format!(
+            "the radius towards {:.3} is {:.3e} (mean radius {:.3e}), but a surface needs a positive one everywhere; choose another centre, or lower the \
+             degree or filter the series if it rings",
+            directions[i],
+            radii[i],
+            series.coefficients().mean()
+        )));
+    }
+    Ok(directions.iter().zip(radii).map(|(w, r)| r * *w).collect())
+}
+
+#[cfg(test)]
+mod tests;
