@@ -89,9 +89,9 @@ fn main() -> Result<()> {
 
 fn estimators(scene: &Scene) -> [(&'static str, Estimator); 4] {
     [
-        (COMBINED, Estimator::DoubleLocal(Weighting::of(scene))),
-        ("double-local-a", Estimator::DoubleLocal(Weighting::Walk)),
-        ("double-local-b", Estimator::DoubleLocal(Weighting::Gather)),
+        (COMBINED, Estimator::Local(Weighting::of(scene))),
+        ("double-local-a", Estimator::Local(Weighting::Walk)),
+        ("double-local-b", Estimator::Local(Weighting::Gather)),
         ("path", Estimator::Path),
     ]
 }

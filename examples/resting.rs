@@ -72,7 +72,7 @@ fn cost(scene: &Scene, camera: &Camera, target: f64, resting: bool) -> Result<Co
         let stop =
             Stop { relative_error: resting.then_some(target), walks: Some(walks), time: None };
         let settings = ImageSettings {
-            estimator: Estimator::DoubleLocal(Weighting::of(scene)),
+            estimator: Estimator::Local(Weighting::of(scene)),
             randomness: Randomness::Sobol,
             seed: 1,
             stop,

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use harmolux::Result;
 use harmolux::estimators::{
-    REPLICATES, SensorEstimator, SensorSettings, Stop, Survey, Weighting, illuminance,
+    Estimator, REPLICATES, SensorSettings, Stop, Survey, Weighting, illuminance,
 };
 use harmolux::exact::{Plane as Side, SobolevProblem};
 use harmolux::math::{Randomness, Rgb};
@@ -73,7 +73,7 @@ fn planes() -> Result<Scene> {
 fn measure(scene: &Scene, randomness: Randomness, walks: u64, seed: u64) -> Result<Survey> {
     let sensors = RADII.map(|r| Sensor::plane(DVec3::X * r, DVec3::Z));
     let settings = SensorSettings {
-        estimator: SensorEstimator::Local(Weighting::Walk),
+        estimator: Estimator::Local(Weighting::Walk),
         randomness,
         seed,
         stop: Stop { walks: Some(walks), ..Stop::default() },

@@ -9,9 +9,7 @@ use std::f64::consts::{PI, TAU};
 
 use common::{bumpy, go_on, grey, placed, room, sensors};
 use glam::DVec3;
-use harmolux::estimators::{
-    Ending, RadiositySettings, SensorEstimator, Survey, Weighting, illuminance,
-};
+use harmolux::estimators::{Ending, Estimator, RadiositySettings, Survey, Weighting, illuminance};
 use harmolux::exact::{Cube, Plane as SobolevPlane, SobolevProblem};
 use harmolux::math::Rgb;
 use harmolux::math::quadrature::Rule;
@@ -34,7 +32,7 @@ fn cube() -> Scene {
         .expect("valid")
 }
 
-fn run(scene: &Scene, points: &[Sensor], estimator: SensorEstimator, walks: u64) -> Survey {
+fn run(scene: &Scene, points: &[Sensor], estimator: Estimator, walks: u64) -> Survey {
     illuminance(scene, points, &sensors(estimator, walks), &go_on).expect("runs")
 }
 
@@ -44,7 +42,7 @@ fn photons_measure_the_mean_over_their_disc_in_the_cube() {
     let exact = Cube { edge: 4.0, flux: 10_000.0, reflectance: 0.5 }.solve().expect("solves");
     let offsets = [(0.0, 0.0), (0.5, 0.5), (1.0, 0.0), (1.5, 1.5)];
     let points = offsets.map(|(x, y)| Sensor::plane(DVec3::new(2.0 + x, 2.0 + y, 0.0), DVec3::Z));
-    let photon = SensorEstimator::Photon { radius: Some(radius) };
+    let photon = Estimator::Photon { radius: Some(radius) };
     let survey = run(&cube(), &points, photon, 1 << 18);
     for ((x, y), found) in offsets.iter().zip(&survey.results) {
         let value = |u: f64, v: f64| exact.illuminance(x + u, y + v).expect("on the floor");
@@ -75,7 +73,7 @@ fn photons_measure_the_mean_over_their_disc_between_sobolevs_planes() {
     let exact = SobolevProblem::default();
     let (radius, radii) = (0.1, [0.0, 0.5, 1.0]);
     let points = radii.map(|r| Sensor::plane(DVec3::new(r, 0.0, 0.0), DVec3::Z));
-    let survey = run(&scene, &points, SensorEstimator::Photon { radius: Some(radius) }, 1 << 19);
+    let survey = run(&scene, &points, Estimator::Photon { radius: Some(radius) }, 1 << 19);
     for (r, found) in radii.iter().zip(&survey.results) {
         let mean = disc_mean(radius, |x, y| {
             exact.illuminance(SobolevPlane::Lower, (r + x).hypot(y)).expect("valid radius")
@@ -88,11 +86,11 @@ fn photons_measure_the_mean_over_their_disc_between_sobolevs_planes() {
         let photon = 4.0 * PI / (f64::from(1 << 14) * PI * radius * radius);
         assert!(found.direct.agrees_with(direct, 0.5 * photon, 3), "{r}: {found:?} {direct}");
     }
-    let unset = SensorEstimator::Photon { radius: None };
+    let unset = Estimator::Photon { radius: None };
     let refused = illuminance(&scene, &points, &sensors(unset, 32), &go_on);
     assert!(refused.is_err_and(|e| e.to_string().contains("set `radius`")));
     let cylinder = [Sensor { measure: Measure::Cylinder, ..points[0] }];
-    let photon = SensorEstimator::Photon { radius: Some(radius) };
+    let photon = Estimator::Photon { radius: Some(radius) };
     let refused = illuminance(&scene, &cylinder, &sensors(photon, 32), &go_on);
     assert!(refused.is_err_and(|e| e.to_string().contains("on planes only")));
 }
@@ -110,9 +108,9 @@ fn radiosity_and_the_local_estimate_agree_about_a_room_with_a_body() {
         Sensor::plane(DVec3::new(3.0, 1.0, 1.7), DVec3::new(0.6, 0.0, -0.8)),
         Sensor { measure: Measure::Cylinder, ..Sensor::plane(DVec3::new(3.0, 4.0, 1.0), DVec3::Z) },
     ];
-    let local = run(&scene, &points, SensorEstimator::Local(Weighting::of(&scene)), 1 << 14);
+    let local = run(&scene, &points, Estimator::Local(Weighting::of(&scene)), 1 << 14);
     let settings = RadiositySettings { patches: 1000, ..RadiositySettings::default() };
-    let radiosity = run(&scene, &points, SensorEstimator::Radiosity(settings), 1);
+    let radiosity = run(&scene, &points, Estimator::Radiosity(settings), 1);
     assert_eq!(radiosity.ending, Ending::Converged);
     for (i, (a, b)) in radiosity.results.iter().zip(&local.results).enumerate() {
         // Direct light is the same in both; the patches cost a per cent or so.

@@ -10,9 +10,7 @@ use std::process::{Command, Output};
 use common::{furnace, go_on, grey, image, room, sensors};
 use glam::DVec3;
 use harmolux::Result;
-use harmolux::estimators::{
-    Estimator, ImageSettings, SensorEstimator, Weighting, illuminance, render,
-};
+use harmolux::estimators::{Estimator, ImageSettings, Weighting, illuminance, render};
 use harmolux::io::images::{Attribute, Exr};
 use harmolux::math::Rgb;
 use harmolux::scene::{
@@ -52,7 +50,7 @@ fn cameras() -> Vec<Camera> {
 }
 
 fn settings(scene: &Scene, filter: Filter, walks: u64) -> ImageSettings {
-    ImageSettings { filter, ..image(Estimator::DoubleLocal(Weighting::of(scene)), walks) }
+    ImageSettings { filter, ..image(Estimator::Local(Weighting::of(scene)), walks) }
 }
 
 /// In a furnace every ray that there is brings the same; the mean over those pixels that are wholly seen has an error of a per mille or two. Bounds of
@@ -123,7 +121,7 @@ fn hemispherical_picture_adds_up_to_the_illuminance_at_the_eye() {
     };
     let scene = Scene::new(objects, vec![lamp]).expect("valid");
     let sensor = Sensor::plane(EYE, (TO - EYE).normalize());
-    let estimator = SensorEstimator::Local(Weighting::of(&scene));
+    let estimator = Estimator::Local(Weighting::of(&scene));
     let lit = illuminance(&scene, &[sensor], &sensors(estimator, 1 << 14), &go_on).expect("runs");
     let Measured { total, direct, .. } = lit.results[0];
     let mapping = FisheyeMapping::Orthographic;

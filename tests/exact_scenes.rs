@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use common::{go_on, sensors};
 use glam::{DQuat, DVec3};
-use harmolux::estimators::{SensorEstimator, Weighting, illuminance};
+use harmolux::estimators::{Estimator, Weighting, illuminance};
 use harmolux::exact::cie171;
 use harmolux::io::scene_file::SceneFile;
 use harmolux::math::Placement;
@@ -53,7 +53,7 @@ fn judge(name: &str, walks: u64) {
     let (Loaded { scene, sensors: groups, .. }, known) = read(name);
     let points: Vec<Sensor> = groups.iter().flat_map(|g| g.sensors.iter().copied()).collect();
     let known: Vec<f64> = known.into_iter().flat_map(|(_, values)| values).collect();
-    for estimator in [SensorEstimator::Local(Weighting::of(&scene)), SensorEstimator::Path] {
+    for estimator in [Estimator::Local(Weighting::of(&scene)), Estimator::Path] {
         let survey = illuminance(&scene, &points, &sensors(estimator, walks), &go_on);
         let survey = survey.expect("runs");
         for (i, (result, exact)) in survey.results.iter().zip(&known).enumerate() {
@@ -147,7 +147,7 @@ fn direct_cases_of_cie_171_are_those_of_the_tables_and_agree() {
 #[test]
 fn flux_of_case_5_4_arrives() {
     let (Loaded { scene, sensors: groups, .. }, _) = read("exact/cie171_5_4.toml");
-    let local = SensorEstimator::Local(Weighting::of(&scene));
+    let local = Estimator::Local(Weighting::of(&scene));
     let survey = illuminance(&scene, &groups[0].sensors, &sensors(local, 4096), &go_on);
     let survey = survey.expect("runs");
     assert!(survey.escaped <= 0.0, "{}", survey.escaped);
@@ -265,7 +265,7 @@ fn exact_scenes_may_stand_anywhere() {
             .collect();
         let check = |scene: &Scene, sensors: &[Sensor], place: &str| {
             assert_eq!(sensors.len(), known.len(), "{name}, {place}");
-            let local = SensorEstimator::Local(Weighting::of(scene));
+            let local = Estimator::Local(Weighting::of(scene));
             let survey = illuminance(scene, sensors, &common::sensors(local, 1 << 12), &go_on);
             let largest = known.iter().copied().fold(0.0, f64::max);
             for (i, (result, exact)) in survey.expect("runs").results.iter().zip(&known).enumerate()

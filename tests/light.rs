@@ -10,8 +10,7 @@ use common::films::{assert_alike, assert_each, assert_flat};
 use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors, sphere_mesh};
 use glam::{DVec2, DVec3};
 use harmolux::estimators::{
-    Ending, Estimator, ImageSettings, SensorEstimator, Stop, Weighting, illuminance, luminance,
-    render,
+    Ending, Estimator, ImageSettings, Stop, Weighting, illuminance, luminance, render,
 };
 use harmolux::exact::{Cube, Plane as SobolevPlane, SobolevProblem};
 use harmolux::math::{Randomness, Ray, Rgb};
@@ -42,7 +41,7 @@ fn check_furnace(object: fn(f64) -> Object) {
     let l0 = 100.0;
     let scene = furnace_scene(l0, object);
     let view = camera(DVec3::new(0.5, 0.4, 2.5), DVec3::new(2.0, 2.5, 1.2), [32, 32]);
-    for estimator in [Estimator::DoubleLocal(Weighting::of(&scene)), Estimator::Path] {
+    for estimator in [Estimator::Local(Weighting::of(&scene)), Estimator::Path] {
         let rendering = render(&scene, &view, &image(estimator, 256), &go_on).expect("renders");
         assert_eq!(rendering.film.spoilt(), 0);
         assert!(rendering.escaped <= 0.0, "a closed room leaks");
@@ -54,7 +53,7 @@ fn check_furnace(object: fn(f64) -> Object) {
         Sensor::plane(DVec3::new(0.01, 0.01, 0.0), DVec3::Z),
         Sensor::plane(DVec3::new(3.0, 1.0, 1.7), DVec3::new(0.6, 0.0, -0.8)),
     ];
-    for estimator in [SensorEstimator::Local(Weighting::of(&scene)), SensorEstimator::Path] {
+    for estimator in [Estimator::Local(Weighting::of(&scene)), Estimator::Path] {
         let survey = illuminance(&scene, &points, &sensors(estimator, 4096), &go_on).expect("runs");
         for (i, r) in survey.results.iter().enumerate() {
             assert!(r.total.agrees_with(PI * l0, 0.0, points.len()), "sensor {i}: {:?}", r.total);
@@ -131,8 +130,8 @@ fn glossy_bodies_look_and_light_the_same_by_both_estimators() {
     let survey = |estimator, walks| {
         illuminance(&scene, &points, &sensors(estimator, walks), &go_on).expect("runs").results
     };
-    let by_walks = survey(SensorEstimator::Local(local), 16_384);
-    let by_paths = survey(SensorEstimator::Path, 65_536);
+    let by_walks = survey(Estimator::Local(local), 16_384);
+    let by_paths = survey(Estimator::Path, 65_536);
     for (i, (a, b)) in by_walks.iter().zip(&by_paths).enumerate() {
         let (a, b) = (a.total, b.total);
         assert!(a.agrees_with(b.mean, b.standard_error, points.len()), "{i}: {a:?} {b:?}");
@@ -142,7 +141,7 @@ fn glossy_bodies_look_and_light_the_same_by_both_estimators() {
     let film = |estimator, walks| {
         render(&scene, &view, &image(estimator, walks), &go_on).expect("renders").film
     };
-    let by_walks = film(Estimator::DoubleLocal(local), 512);
+    let by_walks = film(Estimator::Local(local), 512);
     let by_paths = film(Estimator::Path, 2048);
     assert_alike(&by_walks, &by_paths);
 }
@@ -170,7 +169,7 @@ fn sobolev_case_a_at_ten_radii() {
     let points = SOBOLEV_RADII.map(|r| Sensor::plane(DVec3::new(r, 0.0, 0.0), DVec3::Z));
     // Ten gaps from the source only one walk in some hundred comes near: the interval needs many of them.
     for (estimator, walks) in
-        [(SensorEstimator::Local(Weighting::Walk), 1 << 18), (SensorEstimator::Path, 1 << 18)]
+        [(Estimator::Local(Weighting::Walk), 1 << 18), (Estimator::Path, 1 << 18)]
     {
         let survey =
             illuminance(&scene, &points, &sensors(estimator, walks), &go_on).expect("runs");
@@ -204,7 +203,7 @@ fn cylinders_measure_what_their_formulas_say() {
     let lit =
         Scene::new(vec![room(size, &[(); 6].map(|()| grey(0.6)))], vec![lamp]).expect("valid");
     let direct = 100.0 * (2.0 / 5.0_f64.sqrt()) / (PI * 5.0);
-    let estimators = [SensorEstimator::Local(Weighting::of(&lit)), SensorEstimator::Path];
+    let estimators = [Estimator::Local(Weighting::of(&lit)), Estimator::Path];
     let survey = |scene: &Scene, estimator| {
         illuminance(scene, &points, &sensors(estimator, 1 << 14), &go_on).expect("runs").results
     };
@@ -231,7 +230,7 @@ fn luminance_along_rays_is_that_of_sobolevs_planes() {
         .to_vec();
     rays.push(Ray::new(eye, DVec3::X));
     for (estimator, walks) in
-        [(SensorEstimator::Local(Weighting::of(&scene)), 1 << 15), (SensorEstimator::Path, 1 << 16)]
+        [(Estimator::Local(Weighting::of(&scene)), 1 << 15), (Estimator::Path, 1 << 16)]
     {
         let survey = luminance(&scene, &rays, &sensors(estimator, walks), &go_on).expect("runs");
         for (r, found) in radii.iter().zip(&survey.results) {
@@ -266,7 +265,7 @@ fn every_pixel_of_sobolevs_floor_is_rho_e_over_pi() {
         });
         seen.sum::<f64>() / 64.0
     };
-    for estimator in [Estimator::DoubleLocal(Weighting::of(&scene)), Estimator::Path] {
+    for estimator in [Estimator::Local(Weighting::of(&scene)), Estimator::Path] {
         let settings = ImageSettings { filter: Filter::Box, ..image(estimator, 2048) };
         let film = render(&scene, &view, &settings, &go_on).expect("renders").film;
         assert_each(&film, expected);
@@ -290,8 +289,8 @@ fn spots_and_flat_lamps_shed_the_light_of_their_intensity() {
         let survey = |estimator, walks| {
             illuminance(&scene, &points, &sensors(estimator, walks), &go_on).expect("runs").results
         };
-        let local = survey(SensorEstimator::Local(Weighting::of(&scene)), 1 << 14);
-        let path = survey(SensorEstimator::Path, 1 << 15);
+        let local = survey(Estimator::Local(Weighting::of(&scene)), 1 << 14);
+        let path = survey(Estimator::Path, 1 << 15);
         for (i, (a, b)) in local.iter().zip(&path).enumerate() {
             assert!(
                 a.total.agrees_with(b.total.mean, b.total.standard_error, points.len()),
@@ -316,7 +315,7 @@ fn cube_of_cie_171_at_seven_floor_points() {
     let exact =
         Cube { edge: 2.0 * half, flux: 10_000.0, reflectance: 0.5 }.solve().expect("solves");
     for (estimator, walks) in
-        [(SensorEstimator::Local(Weighting::of(&scene)), 1 << 14), (SensorEstimator::Path, 1 << 14)]
+        [(Estimator::Local(Weighting::of(&scene)), 1 << 14), (Estimator::Path, 1 << 14)]
     {
         let survey =
             illuminance(&scene, &points, &sensors(estimator, walks), &go_on).expect("runs");
@@ -340,7 +339,7 @@ fn error_falls_with_the_number_of_walks() {
     let error = |randomness, walks| {
         let settings = harmolux::estimators::SensorSettings {
             randomness,
-            ..sensors(SensorEstimator::Local(Weighting::Walk), walks)
+            ..sensors(Estimator::Local(Weighting::Walk), walks)
         };
         let survey = illuminance(&scene, &points, &settings, &go_on).expect("runs");
         let sum: f64 = survey.results.iter().map(|r| r.total.standard_error.powi(2)).sum();
@@ -383,7 +382,7 @@ fn sensors_in_surfaces_see_what_is_before_them() {
         let walls = room(DVec3::splat(4.0), &[(); 6].map(|()| black.clone().emitting(Rgb::WHITE)));
         let scene = Scene::new(vec![walls, ball], vec![]).expect("valid");
         let at = points.map(|(sensor, _)| sensor);
-        for by in [SensorEstimator::Local(Weighting::of(&scene)), SensorEstimator::Path] {
+        for by in [Estimator::Local(Weighting::of(&scene)), Estimator::Path] {
             let survey = illuminance(&scene, &at, &sensors(by, 1 << 13), &go_on).expect("runs");
             for ((sensor, expected), found) in points.iter().zip(&survey.results) {
                 let agrees = found.total.agrees_with(*expected, 1e-6, 6);
@@ -400,14 +399,14 @@ fn bounded_kernel_tames_the_corner_without_bias() {
     let scene = Scene::new(vec![cube], vec![lamp]).expect("valid");
     let corner = [Sensor::plane(DVec3::new(0.01, 0.01, 0.0), DVec3::Z)];
     let run = |weighting, walks| {
-        let settings = sensors(SensorEstimator::Local(weighting), walks);
+        let settings = sensors(Estimator::Local(weighting), walks);
         illuminance(&scene, &corner, &settings, &go_on).expect("runs").results[0].total
     };
     let bounded = run(Weighting::of(&scene), 1 << 13);
     let plain = run(Weighting::Walk, 1 << 13);
     // The plain estimate's error is itself understated: its rare, large contributions are mostly not in the sample.
     assert!(bounded.standard_error <= 0.25 * plain.standard_error, "{bounded:?} against {plain:?}");
-    let tracer = illuminance(&scene, &corner, &sensors(SensorEstimator::Path, 1 << 15), &go_on)
+    let tracer = illuminance(&scene, &corner, &sensors(Estimator::Path, 1 << 15), &go_on)
         .expect("runs")
         .results[0]
         .total;
@@ -421,9 +420,9 @@ fn bounded_kernel_tames_the_corner_without_bias() {
 fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let scene = furnace_scene(10.0, sh_object);
     let view = camera(DVec3::new(0.5, 0.4, 2.5), DVec3::new(2.0, 2.5, 1.2), [16, 12]);
-    let settings = image(Estimator::DoubleLocal(Weighting::of(&scene)), 16);
+    let settings = image(Estimator::Local(Weighting::of(&scene)), 16);
     let points = [Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z)];
-    let survey = sensors(SensorEstimator::Local(Weighting::of(&scene)), 512);
+    let survey = sensors(Estimator::Local(Weighting::of(&scene)), 512);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {
@@ -450,7 +449,7 @@ fn runs_end_on_error_walks_time_and_interruption() {
     let run = |stop, observer: harmolux::estimators::Observer| {
         let settings = harmolux::estimators::SensorSettings {
             stop,
-            ..sensors(SensorEstimator::Local(Weighting::Walk), 1)
+            ..sensors(Estimator::Local(Weighting::Walk), 1)
         };
         illuminance(&scene, &points, &settings, observer).expect("runs")
     };
@@ -473,7 +472,7 @@ fn runs_end_on_error_walks_time_and_interruption() {
 fn a_scene_without_light_is_refused() {
     let scene =
         Scene::new(vec![room(DVec3::ONE, &[(); 6].map(|()| grey(0.5)))], vec![]).expect("valid");
-    let refused = illuminance(&scene, &[], &sensors(SensorEstimator::Path, 32), &go_on);
+    let refused = illuminance(&scene, &[], &sensors(Estimator::Path, 32), &go_on);
     assert!(refused.is_err_and(|e| e.to_string().contains("no light")));
 }
 
@@ -503,7 +502,7 @@ fn flat_lights_are_exact_where_nothing_hides_them() {
         Sensor::plane(DVec3::new(2.0, 0.0, 1.75), DVec3::Y),
         Sensor::plane(DVec3::new(0.3, 2.0, 2.9), DVec3::X),
     ];
-    let settings = sensors(SensorEstimator::Local(Weighting::of(&scene)), 128);
+    let settings = sensors(Estimator::Local(Weighting::of(&scene)), 128);
     let survey = illuminance(&scene, &points, &settings, &go_on).expect("runs");
     let corners = [[1.5, 1.5], [2.5, 1.5], [2.5, 2.5], [1.5, 2.5]];
     let corners = corners.map(|[x, y]| DVec3::new(x, y, 2.999));
@@ -535,9 +534,9 @@ fn flat_lights_are_unbiased_where_something_hides_them() {
     let survey = |estimator, walks| {
         illuminance(&scene, &points, &sensors(estimator, walks), &go_on).expect("runs").results
     };
-    let by_paths = survey(SensorEstimator::Path, 65_536);
+    let by_paths = survey(Estimator::Path, 65_536);
     for weighting in [Weighting::of(&scene), Weighting::Walk] {
-        let by_walks = survey(SensorEstimator::Local(weighting), 16_384);
+        let by_walks = survey(Estimator::Local(weighting), 16_384);
         for (i, (a, b)) in by_walks.iter().zip(&by_paths).enumerate() {
             let (a, b) = (a.total, b.total);
             assert!(a.agrees_with(b.mean, b.standard_error, 2 * points.len()), "{i}: {a:?} {b:?}");

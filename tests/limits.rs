@@ -7,9 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use common::{camera, go_on, grey, image, room, sensors};
 use glam::DVec3;
-use harmolux::estimators::{
-    Ending, Estimator, Progress, SensorEstimator, Weighting, illuminance, render,
-};
+use harmolux::estimators::{Ending, Estimator, Progress, Weighting, illuminance, render};
 use harmolux::math::Rgb;
 use harmolux::scene::{Material, PointLight, Scene, Sensor};
 
@@ -28,7 +26,7 @@ fn end_at_once(_: &Progress) -> ControlFlow<()> {
 fn first_pass_may_be_left_half_way() {
     let scene = scene(&grey(0.5));
     let view = camera(DVec3::new(0.5, 0.4, 1.5), DVec3::new(2.0, 2.5, 1.2), [600, 400]);
-    let settings = image(Estimator::DoubleLocal(Weighting::of(&scene)), 64);
+    let settings = image(Estimator::Local(Weighting::of(&scene)), 64);
     // The third question comes a few hundredths of a second into the pass.
     let asked = AtomicU32::new(0);
     let observer = |_: &Progress| {
@@ -53,7 +51,7 @@ fn nothing_is_known_of_what_was_not_reached() {
     for walls in [white, mirror] {
         let scene = scene(&walls);
         let points = [Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z); 3];
-        for estimator in [SensorEstimator::Local(Weighting::of(&scene)), SensorEstimator::Path] {
+        for estimator in [Estimator::Local(Weighting::of(&scene)), Estimator::Path] {
             let settings = sensors(estimator, 1 << 30);
             let survey = illuminance(&scene, &points, &settings, &end_at_once).expect("runs");
             assert_eq!(survey.ending, Ending::Interrupted);
@@ -68,7 +66,7 @@ fn nothing_is_known_of_what_was_not_reached() {
 fn results_go_to_the_places_that_count() {
     let scene = scene(&grey(0.5));
     let points = [Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z)];
-    let settings = sensors(SensorEstimator::Local(Weighting::of(&scene)), 256);
+    let settings = sensors(Estimator::Local(Weighting::of(&scene)), 256);
     let survey = illuminance(&scene, &points, &settings, &go_on).expect("runs");
     let own = survey.results[0];
     let all = survey.scattered(&[false, true, false]);

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use common::films::{assert_alike, assert_flat, assert_same_mean};
 use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors};
 use glam::DVec3;
-use harmolux::estimators::{Estimator, SensorEstimator, Weighting, illuminance, luminance, render};
+use harmolux::estimators::{Estimator, Weighting, illuminance, luminance, render};
 use harmolux::math::{Ray, Rgb};
 use harmolux::scene::{Camera, Film, Glossy, Material, Object, PointLight, Scene, Sensor};
 use harmolux::surface::primitives::Sphere;
@@ -37,14 +37,14 @@ fn furnace_around(body: Material) -> Scene {
 fn check_furnace(body: Material) {
     let scene = furnace_around(body);
     let view = camera(DVec3::new(0.5, 0.4, 2.5), DVec3::new(2.0, 2.5, 1.2), [24, 24]);
-    for estimator in [Estimator::DoubleLocal(Weighting::of(&scene)), Estimator::Path] {
+    for estimator in [Estimator::Local(Weighting::of(&scene)), Estimator::Path] {
         assert_flat(&film(&scene, &view, estimator, 256), L0);
     }
     let points = [
         Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z),
         Sensor::plane(DVec3::new(3.99, 2.0, 0.0), DVec3::Z),
     ];
-    for estimator in [SensorEstimator::Local(Weighting::of(&scene)), SensorEstimator::Path] {
+    for estimator in [Estimator::Local(Weighting::of(&scene)), Estimator::Path] {
         let survey = illuminance(&scene, &points, &sensors(estimator, 4096), &go_on).expect("runs");
         for r in &survey.results {
             assert!(r.total.agrees_with(PI * L0, 0.0, points.len()), "{estimator:?}: {r:?}");
@@ -86,8 +86,8 @@ fn a_room_with_a_mirror_is_the_room_one_sees_in_it() {
     let [mirrored, built] = mirrored_and_built(&varnish);
     // On the left the room itself, on the right the mirror.
     let view = camera(DVec3::new(1.5, 0.4, 1.5), DVec3::new(3.0, 3.0, 1.2), [24, 18]);
-    let expected = film(&built, &view, Estimator::DoubleLocal(Weighting::of(&built)), 512);
-    for estimator in [Estimator::DoubleLocal(Weighting::of(&mirrored)), Estimator::Path] {
+    let expected = film(&built, &view, Estimator::Local(Weighting::of(&built)), 512);
+    for estimator in [Estimator::Local(Weighting::of(&mirrored)), Estimator::Path] {
         assert_alike(&film(&mirrored, &view, estimator, 1024), &expected);
     }
     let points = [
@@ -98,9 +98,9 @@ fn a_room_with_a_mirror_is_the_room_one_sees_in_it() {
     let survey = |scene: &Scene, estimator, walks| {
         illuminance(scene, &points, &sensors(estimator, walks), &go_on).expect("runs").results
     };
-    let expected = survey(&built, SensorEstimator::Local(Weighting::of(&built)), 1 << 14);
-    let local = SensorEstimator::Local(Weighting::of(&mirrored));
-    for estimator in [local, SensorEstimator::Path, SensorEstimator::Local(Weighting::Gather)] {
+    let expected = survey(&built, Estimator::Local(Weighting::of(&built)), 1 << 14);
+    let local = Estimator::Local(Weighting::of(&mirrored));
+    for estimator in [local, Estimator::Path, Estimator::Local(Weighting::Gather)] {
         for (a, b) in survey(&mirrored, estimator, 1 << 15).iter().zip(&expected) {
             let (a, b) = (a.total, b.total);
             assert!(a.agrees_with(b.mean, b.standard_error, 3), "{estimator:?}: {a:?} {b:?}");
@@ -114,10 +114,10 @@ fn each_strategy_alone_gives_the_picture_of_both() {
     let varnish = Material::glossy(Glossy::coated(Rgb::grey(0.4), 1.5, 0.6).expect("valid"));
     let [mirrored, _] = mirrored_and_built(&varnish);
     let view = camera(DVec3::new(1.0, 0.6, 1.5), DVec3::new(3.0, 3.0, 1.2), [24, 18]);
-    let expected = film(&mirrored, &view, Estimator::DoubleLocal(Weighting::of(&mirrored)), 1024);
+    let expected = film(&mirrored, &view, Estimator::Local(Weighting::of(&mirrored)), 1024);
     // Near edges the variance of a strategy alone has no bound, and the errors of pixels there are not known: only the means can be judged.
     for weighting in [Weighting::Walk, Weighting::Gather] {
-        let alone = film(&mirrored, &view, Estimator::DoubleLocal(weighting), 2048);
+        let alone = film(&mirrored, &view, Estimator::Local(weighting), 2048);
         assert_same_mean(&alone, &expected);
     }
 }
@@ -135,7 +135,7 @@ fn luminance_along_a_ray_goes_through_mirrors() {
     let rays = [DVec3::NEG_X, DVec3::new(1.0, 0.3, -0.1), DVec3::new(1.0, 2.5, -0.7)]
         .map(|to| Ray::new(eye, to.normalize()));
     let survey = |scene: &Scene, weighting| {
-        let settings = sensors(SensorEstimator::Local(weighting), 1 << 14);
+        let settings = sensors(Estimator::Local(weighting), 1 << 14);
         luminance(scene, &rays, &settings, &go_on).expect("runs").results
     };
     let expected = survey(&built, Weighting::of(&built));
@@ -143,7 +143,7 @@ fn luminance_along_a_ray_goes_through_mirrors() {
         let (a, b) = (a.total, b.total);
         assert!(a.agrees_with(b.mean, b.standard_error, 3), "{a:?} {b:?}");
     }
-    let paths = sensors(SensorEstimator::Path, 1 << 16);
+    let paths = sensors(Estimator::Path, 1 << 16);
     let paths = luminance(&mixed, &rays, &paths, &go_on).expect("runs").results;
     for (a, b) in survey(&mixed, Weighting::of(&mixed)).iter().zip(&paths) {
         let (a, b) = (a.total, b.total);
@@ -152,7 +152,7 @@ fn luminance_along_a_ray_goes_through_mirrors() {
     }
     // The picture of one pixel about the last ray sees the same.
     let view = Camera::perspective(eye, eye + rays[2].direction, 1e-4, [1, 1]).expect("valid");
-    let pixel = film(&mixed, &view, Estimator::DoubleLocal(Weighting::of(&mixed)), 2048);
+    let pixel = film(&mixed, &view, Estimator::Local(Weighting::of(&mixed)), 2048);
     let (mean, standard_error) = pixel.mean();
     let probed = survey(&mixed, Weighting::of(&mixed))[2].total;
     assert!(probed.agrees_with(mean, standard_error, 1), "{probed:?} {mean} {standard_error}");
@@ -180,9 +180,9 @@ fn walks_show_the_light_of_a_point_in_a_mirror() {
         Camera::perspective(from, to, 20.0_f64.to_radians(), [16, 12]).expect("valid"),
         Camera::orthographic(from, to, 2.0, [16, 12]).expect("valid"),
     ] {
-        let expected = film(&built, &view, Estimator::DoubleLocal(Weighting::of(&built)), 512);
+        let expected = film(&built, &view, Estimator::Local(Weighting::of(&built)), 512);
         for weighting in [Weighting::of(&mirrored), Weighting::Walk, Weighting::Gather] {
-            let seen = film(&mirrored, &view, Estimator::DoubleLocal(weighting), 1024);
+            let seen = film(&mirrored, &view, Estimator::Local(weighting), 1024);
             assert_alike(&seen, &expected);
         }
     }
@@ -192,7 +192,7 @@ fn walks_show_the_light_of_a_point_in_a_mirror() {
 fn light_that_no_ray_finds_is_told() {
     let [mirrored, built] = lamp_before_a_mirror();
     let point = [Sensor::plane(DVec3::new(1.0, 1.0, 0.0), DVec3::Z)];
-    let settings = sensors(SensorEstimator::Local(Weighting::Walk), 64);
+    let settings = sensors(Estimator::Local(Weighting::Walk), 64);
     let share = |scene| illuminance(scene, &point, &settings, &go_on).expect("runs").caustic;
     assert!(share(&built) <= 0.0);
     // The part of all directions in which the lamp sees the mirror, and less than a third of it again for what goes to and fro.

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 use glam::DVec3;
-use harmolux::estimators::{SensorEstimator, SensorSettings, Stop, Survey, Weighting, illuminance};
+use harmolux::estimators::{Estimator, SensorSettings, Stop, Survey, Weighting, illuminance};
 use harmolux::fit::Shape;
 use harmolux::io::coefficients::{SeriesFormat, WriteOptions, encode};
 use harmolux::io::meshes;
@@ -79,7 +79,7 @@ fn scene(folder: &TempDir, more: &str) -> Loaded {
 
 fn survey(loaded: &Loaded, walks: u64) -> Survey {
     let settings = SensorSettings {
-        estimator: SensorEstimator::Local(Weighting::of(&loaded.scene)),
+        estimator: Estimator::Local(Weighting::of(&loaded.scene)),
         randomness: Randomness::Sobol,
         seed: 1,
         stop: Stop { walks: Some(walks), ..Stop::default() },

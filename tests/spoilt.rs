@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use common::{go_on, grey, sensors};
 use glam::DVec3;
-use harmolux::estimators::{SensorEstimator, Weighting, illuminance};
+use harmolux::estimators::{Estimator, Weighting, illuminance};
 use harmolux::exact::Cube;
 use harmolux::math::{Aabb, Ray, Rgb};
 use harmolux::scene::{Object, PointLight, Scene, Sensor};
@@ -62,8 +62,8 @@ fn one_nan_in_a_million_walks_is_counted_and_not_averaged_in() {
     let walks = 1 << 20;
     // The first hits are those of the pilot that weighs the local estimate, which counts for nothing else.
     for flaw in [1000, 1_000_000] {
-        let local = SensorEstimator::Local(Weighting::of(&flawed_cube(flaw)));
-        for estimator in [local, SensorEstimator::Local(Weighting::Walk), SensorEstimator::Path] {
+        let local = Estimator::Local(Weighting::of(&flawed_cube(flaw)));
+        for estimator in [local, Estimator::Local(Weighting::Walk), Estimator::Path] {
             let scene = flawed_cube(flaw);
             let survey = illuminance(&scene, &point, &sensors(estimator, walks), &go_on);
             let survey = survey.expect("runs");

@@ -28,7 +28,7 @@ fn check(name: &str, resolution: [u32; 2], alone_by_pixel: bool) {
         film
     };
     let expected = film(Estimator::Path, 4096);
-    let by_strategy = |weighting| film(Estimator::DoubleLocal(weighting), 1024);
+    let by_strategy = |weighting| film(Estimator::Local(weighting), 1024);
     assert_alike(&by_strategy(Weighting::of(&loaded.scene)), &expected);
     let judge_alone = if alone_by_pixel { assert_alike } else { assert_same_mean };
     for weighting in [Weighting::Walk, Weighting::Gather] {

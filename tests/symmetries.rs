@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use common::{bumpy, furnace, go_on, grey, sensors, sphere_mesh};
 use glam::{DMat3, DQuat, DVec3};
-use harmolux::estimators::{RadiositySettings, SensorEstimator, Survey, Weighting, illuminance};
+use harmolux::estimators::{Estimator, RadiositySettings, Survey, Weighting, illuminance};
 use harmolux::math::{Placement, Rgb};
 use harmolux::scene::{Distribution, Glossy, Material, Measure, Object, PointLight, Scene, Sensor};
 use harmolux::surface::primitives::{AxisBox, Disc, Plane, Rectangle, Sphere};
@@ -97,11 +97,11 @@ impl World {
     }
 }
 
-fn estimators(scene: &Scene) -> [SensorEstimator; 2] {
-    [SensorEstimator::Local(Weighting::of(scene)), SensorEstimator::Path]
+fn estimators(scene: &Scene) -> [Estimator; 2] {
+    [Estimator::Local(Weighting::of(scene)), Estimator::Path]
 }
 
-fn measure(scene: &Scene, points: &[Sensor], estimator: SensorEstimator, walks: u64) -> Survey {
+fn measure(scene: &Scene, points: &[Sensor], estimator: Estimator, walks: u64) -> Survey {
     illuminance(scene, points, &sensors(estimator, walks), &go_on).expect("runs")
 }
 
@@ -156,7 +156,7 @@ const LIT: [Lit; 8] = [
 #[test]
 fn light_of_a_surface_is_the_same_wherever_it_stands_and_from_however_far() {
     for (name, lit) in LIT {
-        let seen = |world: &World, estimator: Option<SensorEstimator>| {
+        let seen = |world: &World, estimator: Option<Estimator>| {
             let lamp = world.lamp(DVec3::new(0.05, 0.04, 0.1), 1.0);
             let objects = vec![lit(world, grey(0.5))];
             let scene = Scene::new(objects, vec![lamp]).expect("valid");
@@ -172,7 +172,7 @@ fn light_of_a_surface_is_the_same_wherever_it_stands_and_from_however_far() {
             assert_same(&seen(&world, None), &reference, &format!("{name}, {world:?}"));
         }
         // Paths find nothing small from afar.
-        let mut path = seen(&HERE, Some(SensorEstimator::Path));
+        let mut path = seen(&HERE, Some(Estimator::Path));
         path.results.truncate(2);
         assert_same(&path, &reference, name);
         // From so far away light falls off by the square alone: to a thousandth at a kilometre.
@@ -360,7 +360,7 @@ fn surfaces_in_one_place_count_as_they_are_meant() {
             if estimator == 0 && world.turn == DQuat::IDENTITY {
                 let radiosity = |objects: Vec<Object>| {
                     let scene = Scene::new(objects, vec![]).expect("valid");
-                    let by = SensorEstimator::Radiosity(RadiositySettings::default());
+                    let by = Estimator::Radiosity(RadiositySettings::default());
                     let survey = measure(&scene, &points, by, 1);
                     let absorbed = survey.radiosity.expect("told").absorbed;
                     assert!(absorbed <= 1.02, "{absorbed}");

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use harmolux::estimators::{
-    Ending, GroupSummary, RadiositySettings, SensorEstimator, SensorSettings, Stop, Survey,
-    Weighting, illuminance,
+    Ending, Estimator, GroupSummary, RadiositySettings, SensorSettings, Stop, Survey, Weighting,
+    illuminance,
 };
 use harmolux::io::scene_file::{
     IllumEstimator, IllumSpec, RequireSpec, SceneFile, SensorSpec, StopSpec,
@@ -121,7 +121,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     }
     let mut settings = settings(&file.illum, &loaded.scene, &verb.common);
     let asked = settings.stop;
-    if asked == Stop::default() && !matches!(settings.estimator, SensorEstimator::Radiosity(_)) {
+    if asked == Stop::default() && !matches!(settings.estimator, Estimator::Radiosity(_)) {
         settings.stop = unasked(verb.common.quick);
     }
     interrupt::listen();
@@ -130,7 +130,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
         .map_err(|e| about(&verb.common.scene, e))?
         .scattered(&counts);
     meter.finish();
-    let counted = matches!(settings.estimator, SensorEstimator::Photon { .. });
+    let counted = matches!(settings.estimator, Estimator::Photon { .. });
     let groups = groups(&loaded.sensors, known, &survey, &file.require, counted);
     fill(&mut table, &groups);
     let lines = groups.iter().filter(|group| is_line(&file.sensors[group.name]));
@@ -287,9 +287,9 @@ fn groups<'a>(
 pub(crate) fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments) -> SensorSettings {
     let mut stop = stop(spec.stop, common.quick);
     let estimator = match spec.estimator {
-        IllumEstimator::Local => SensorEstimator::Local(Weighting::of(scene)),
-        IllumEstimator::Path => SensorEstimator::Path,
-        IllumEstimator::Photon => SensorEstimator::Photon { radius: spec.radius },
+        IllumEstimator::Local => Estimator::Local(Weighting::of(scene)),
+        IllumEstimator::Path => Estimator::Path,
+        IllumEstimator::Photon => Estimator::Photon { radius: spec.radius },
         IllumEstimator::Radiosity => {
             // Where no error is known none can be asked for.
             stop = Stop { relative_error: None, walks: None, ..stop };
@@ -297,12 +297,12 @@ pub(crate) fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments)
             let patches = spec.patches.unwrap_or(default.patches);
             // A tenth of the walks is a tenth of the pairs of patches.
             let patches = if common.quick { patches.div_ceil(3) } else { patches };
-            SensorEstimator::Radiosity(RadiositySettings { patches, ..default })
+            Estimator::Radiosity(RadiositySettings { patches, ..default })
         }
     };
     // Counts are whole numbers: evenly spread walks can give all replicates the same one, and an interval without width.
     let randomness = match estimator {
-        SensorEstimator::Photon { .. } => Randomness::Pseudorandom,
+        Estimator::Photon { .. } => Randomness::Pseudorandom,
         _ => Randomness::Sobol,
     };
     SensorSettings { estimator, randomness, seed: common.seed.unwrap_or(spec.seed), stop }

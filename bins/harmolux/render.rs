@@ -233,9 +233,9 @@ pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>, name: &str) -
 fn settings(spec: &RenderSpec, scene: &Scene, common: &SceneArguments) -> ImageSettings {
     ImageSettings {
         estimator: match spec.estimator {
-            RenderEstimator::DoubleLocal => Estimator::DoubleLocal(Weighting::of(scene)),
-            RenderEstimator::DoubleLocalA => Estimator::DoubleLocal(Weighting::Walk),
-            RenderEstimator::DoubleLocalB => Estimator::DoubleLocal(Weighting::Gather),
+            RenderEstimator::DoubleLocal => Estimator::Local(Weighting::of(scene)),
+            RenderEstimator::DoubleLocalA => Estimator::Local(Weighting::Walk),
+            RenderEstimator::DoubleLocalB => Estimator::Local(Weighting::Gather),
             RenderEstimator::Path => Estimator::Path,
         },
         randomness: Randomness::Sobol,

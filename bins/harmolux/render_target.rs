@@ -150,9 +150,10 @@ fn described(
 /// Gives the name of an estimator, as scene files have it.
 pub(crate) const fn estimator_name(settings: &ImageSettings) -> &'static str {
     match settings.estimator {
-        Estimator::DoubleLocal(Weighting::Walk) => "double-local-a",
-        Estimator::DoubleLocal(Weighting::Gather) => "double-local-b",
-        Estimator::DoubleLocal(Weighting::Bounded { .. }) => "double-local",
-        Estimator::Path => "path",
+        Estimator::Local(Weighting::Walk) => "double-local-a",
+        Estimator::Local(Weighting::Gather) => "double-local-b",
+        Estimator::Local(Weighting::Bounded { .. }) => "double-local",
+        // No other estimates pictures.
+        Estimator::Path | Estimator::Radiosity(_) | Estimator::Photon { .. } => "path",
     }
 }

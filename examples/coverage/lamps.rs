@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 use harmolux::Result;
-use harmolux::estimators::{SensorEstimator, SensorSettings, Stop, Weighting, illuminance};
+use harmolux::estimators::{Estimator, SensorSettings, Stop, Weighting, illuminance};
 use harmolux::fit::{Resolution, Tessellation, tessellate};
 use harmolux::math::{Randomness, Rgb};
 use harmolux::mesh::Mesh;
@@ -93,7 +93,7 @@ fn at_the_origin() -> Result<Problem> {
 
 fn long_run(name: String, scene: Scene, sensors: Vec<Sensor>) -> Result<Problem> {
     let settings = SensorSettings {
-        estimator: SensorEstimator::Local(Weighting::of(&scene)),
+        estimator: Estimator::Local(Weighting::of(&scene)),
         randomness: Randomness::Sobol,
         seed: 2026,
         stop: Stop { walks: Some(TRUTH), ..Stop::default() },

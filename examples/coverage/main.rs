@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use harmolux::Result;
-use harmolux::estimators::{SensorEstimator, SensorSettings, Stop, Weighting, illuminance};
+use harmolux::estimators::{Estimator, SensorSettings, Stop, Weighting, illuminance};
 use harmolux::exact::enclosures::IntegratingSphere;
 use harmolux::exact::{Cube, Plane as Side, SobolevProblem};
 use harmolux::io::scene_file::SceneFile;
@@ -69,11 +69,11 @@ fn main() -> Result<ExitCode> {
     );
     for problem in &problems {
         let mut estimators = vec![
-            ("bounded", SensorEstimator::Local(Weighting::of(&problem.scene))),
-            ("path", SensorEstimator::Path),
+            ("bounded", Estimator::Local(Weighting::of(&problem.scene))),
+            ("path", Estimator::Path),
         ];
         if problem.scene.emitters().is_empty() && problem.stop.relative_error.is_some() {
-            estimators.push(("plain local", SensorEstimator::Local(Weighting::Walk)));
+            estimators.push(("plain local", Estimator::Local(Weighting::Walk)));
         }
         for (name, estimator) in estimators {
             let held = held(problem, estimator)?;
@@ -103,7 +103,7 @@ fn told(stop: Stop) -> String {
 }
 
 /// Counts for each sensor the seeds whose interval holds the truth.
-fn held(problem: &Problem, estimator: SensorEstimator) -> Result<Vec<usize>> {
+fn held(problem: &Problem, estimator: Estimator) -> Result<Vec<usize>> {
     let mut held = vec![0; problem.sensors.len()];
     for seed in 0..SEEDS {
         let stop = problem.stop;

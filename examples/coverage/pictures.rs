@@ -48,7 +48,7 @@ fn held(radius: f64, reflectance: f64) -> Result<f64> {
     let camera = Camera::perspective(from, DVec3::new(2.6, 2.2, 0.3), 1.0, [20, 16])?;
     let films = (0..SEEDS).map(|seed| {
         let settings = ImageSettings {
-            estimator: Estimator::DoubleLocal(Weighting::of(&scene)),
+            estimator: Estimator::Local(Weighting::of(&scene)),
             randomness: Randomness::Sobol,
             seed,
             stop: Stop { walks: Some(EYE_RAYS * WALKS), ..Stop::default() },

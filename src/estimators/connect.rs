@@ -134,11 +134,6 @@ impl<'a> Connector<'a> {
         self.watch.is_some_and(Watch::ends)
     }
 
-    /// Looks at the known lights from a receiver.
-    pub(super) fn outlook(&self, receiver: &Receiver) -> Outlook {
-        self.launcher.outlook(receiver)
-    }
-
     /// Estimates, from each of some clouds of walks, all light at the receiver except that of the point lights it sees itself and what its outlook knows of flat
     /// lights: the mean over the walks. Each cloud comes with a stream, at least one, for every gathering ray.
     pub(super) fn estimate<Streams: ExactSizeIterator<Item = Stream>>(

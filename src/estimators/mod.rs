@@ -7,9 +7,11 @@ mod connect;
 mod contour;
 mod direct;
 mod effort;
+mod estimator;
 mod gather;
 mod groups;
 mod image;
+mod integrator;
 mod known_lights;
 mod local;
 mod path;
@@ -17,17 +19,19 @@ mod photon;
 mod radiosity;
 mod receiver;
 mod replicates;
+mod survey;
 mod walk;
 mod weighting;
 
+pub use estimator::Estimator;
 pub use groups::{Bracket, GroupSummary};
 pub use image::{
-    Estimator, ImageSettings, Keeper, Rendering, SHARE_WITHIN, render, render_on, walks_per_sample,
+    ImageSettings, Keeper, Rendering, SHARE_WITHIN, render, render_on, walks_per_sample,
 };
-pub use local::{SensorEstimator, SensorSettings, Survey, illuminance, luminance};
 pub use radiosity::{Exchange, MAX_PATCHES, RadiositySettings};
 pub use receiver::Receiver;
 pub use replicates::{Ending, Observer, Progress, REPLICATES, Stop};
+pub use survey::{SensorSettings, Survey, illuminance, luminance};
 pub use walk::{Launcher, Node};
 pub use weighting::Weighting;
 

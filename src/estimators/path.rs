@@ -4,6 +4,8 @@
 //! the samples by area taking up to as much as the chance finds (c = min(1, p_area / p_chance));
 //! Russian roulette ends a path.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use crate::math::{Rgb, Stream, sampling};
@@ -11,13 +13,50 @@ use crate::scene::{BrdfSample, Scene, Vertex};
 
 use super::connect::Light;
 use super::direct;
+use super::integrator::{Block, Integrator, Sum};
 use super::receiver::Receiver;
+use super::replicates::Watch;
 
 /// Traces paths in a scene.
 pub(super) struct PathTracer<'a> {
     scene: &'a Scene,
     /// Ascending sums of the emitters' powers.
     powers: Vec<f64>,
+}
+
+/// Path tracing as an integrator: the samples of a receiver are its own paths.
+pub(super) struct Paths<'a> {
+    tracer: PathTracer<'a>,
+    receivers: &'a [Receiver<'a>],
+}
+
+impl<'a> Paths<'a> {
+    /// Prepares for some receivers.
+    pub(super) fn new(scene: &'a Scene, receivers: &'a [Receiver<'a>]) -> Self {
+        Self { tracer: PathTracer::new(scene), receivers }
+    }
+}
+
+impl<'a> Integrator<'a> for Paths<'a> {
+    fn serve<'w>(
+        &'w self,
+        block: &Block<'w>,
+        receivers: Range<usize>,
+        watch: &'w Watch<'w>,
+    ) -> Vec<Sum>
+    where
+        'a: 'w,
+    {
+        let serve = |receiver: usize| {
+            let (seed, mut sum) = (block.seed(receiver), Sum::default());
+            for index in block.indices.clone().take_while(|_| !watch.ends()) {
+                let stream = &mut block.stream(seed, index);
+                sum.add(self.tracer.trace(&self.receivers[receiver], stream));
+            }
+            sum
+        };
+        receivers.map(serve).collect()
+    }
 }
 
 impl<'a> PathTracer<'a> {

@@ -12,11 +12,14 @@
 //! all other. Only the illuminance of planes, and the luminance of surfaces, can be counted: a cylinder has no disc.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use glam::DVec3;
 
 use super::connect::Light;
+use super::integrator::{Block, Integrator, Needs, Sum};
 use super::receiver::Receiver;
+use super::replicates::Watch;
 use super::walk::{Node, Walked};
 use crate::math::{Frame, Ray, Rgb};
 use crate::scene::Scene;
@@ -26,6 +29,54 @@ use crate::{Error, Result};
 const SHARE: f64 = 1e-4;
 /// Points of the rim at which surfaces are looked for.
 const RIM: u32 = 16;
+
+/// Photon counting as an integrator.
+pub(super) struct Counters<'a>(Vec<Counter<'a>>);
+
+impl<'a> Counters<'a> {
+    /// Places the discs about some receivers, of the radius that is asked for.
+    ///
+    /// # Errors
+    /// As [`radius`] and [`Counter::new`].
+    pub(super) fn new(
+        scene: &Scene,
+        receivers: &[Receiver<'a>],
+        asked: Option<f64>,
+    ) -> Result<Self> {
+        let radius = radius(scene, asked)?;
+        let counters = receivers.iter().map(|receiver| Counter::new(scene, receiver, radius));
+        Ok(Self(counters.collect::<Result<_>>()?))
+    }
+}
+
+impl<'a> Integrator<'a> for Counters<'a> {
+    fn serve<'w>(
+        &'w self,
+        block: &Block<'w>,
+        receivers: Range<usize>,
+        watch: &'w Watch<'w>,
+    ) -> Vec<Sum>
+    where
+        'a: 'w,
+    {
+        let serve = |receiver: usize| {
+            let mut sum = Sum::default();
+            if !watch.ends() {
+                block.walks.iter().for_each(|walk| sum.add(self.0[receiver].count(walk)));
+            }
+            sum
+        };
+        receivers.map(serve).collect()
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Walks
+    }
+
+    fn finds_point_lights(&self) -> bool {
+        true
+    }
+}
 
 /// Gives the radius, metres, of the counting discs: the one asked for, or that of a ten thousandth of the total area of the scene.
 ///

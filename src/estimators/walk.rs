@@ -11,9 +11,6 @@ use crate::math::{Randomness, Ray, Rgb, Stream, hash, sampling};
 use crate::scene::{Emitter, PointLight, Scene, Vertex};
 use crate::{Error, Result};
 
-use super::known_lights::{KnownLights, Outlook};
-use super::receiver::Receiver;
-
 /// Holds a point of a walk that can be connected to receivers.
 #[derive(Debug, Clone, Copy)]
 pub struct Node<'a> {
@@ -64,7 +61,6 @@ const CAUSTICS: u64 = 0xca;
 pub struct Launcher<'a> {
     scene: &'a Scene,
     sources: Vec<Source<'a>>,
-    known_lights: KnownLights,
     /// Ascending sums of the sources' powers, lm.
     cumulative: Vec<f64>,
 }
@@ -102,17 +98,12 @@ impl<'a> Launcher<'a> {
                     .into(),
             ));
         }
-        Ok(Self { scene, sources, known_lights: KnownLights::of(scene), cumulative })
+        Ok(Self { scene, sources, cumulative })
     }
 
     /// Gives the power, lm, that all sources are counted with when one is picked.
     pub fn power(&self) -> f64 {
         self.cumulative.last().copied().unwrap_or(0.0)
-    }
-
-    /// Looks at the known lights from a receiver.
-    pub(super) fn outlook(&self, receiver: &Receiver) -> Outlook {
-        self.known_lights.seen_from(self.scene, receiver)
     }
 
     /// Gives the density, 1/m2, with which walks start at a point of an emitting object.

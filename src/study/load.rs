@@ -456,7 +456,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::estimators::{SensorEstimator, SensorSettings, Stop, Weighting, illuminance};
+    use crate::estimators::{Estimator, SensorSettings, Stop, Weighting, illuminance};
     use crate::fit::Shape;
     use crate::io::coefficients::{SeriesFormat, WriteOptions, encode};
     use crate::io::scene_file::DetailSpec;
@@ -509,7 +509,7 @@ normal = [0, 0, 1]
         assert_eq!(loaded.scene.objects().len(), 1001);
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
         let settings = SensorSettings {
-            estimator: SensorEstimator::Local(Weighting::of(&loaded.scene)),
+            estimator: Estimator::Local(Weighting::of(&loaded.scene)),
             randomness: Randomness::Sobol,
             seed: 1,
             stop: Stop { walks: Some(64), ..Stop::default() },

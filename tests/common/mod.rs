@@ -9,9 +9,7 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use glam::{DQuat, DVec3};
-use harmolux::estimators::{
-    Estimator, ImageSettings, Progress, SensorEstimator, SensorSettings, Stop,
-};
+use harmolux::estimators::{Estimator, ImageSettings, Progress, SensorSettings, Stop};
 use harmolux::math::{Placement, Randomness, Rgb};
 use harmolux::mesh::Mesh;
 use harmolux::scene::{Camera, Filter, Material, Object};
@@ -79,7 +77,7 @@ pub fn image(estimator: Estimator, paths: u64) -> ImageSettings {
 }
 
 /// Sensor settings with `walks` in all and a fixed seed.
-pub fn sensors(estimator: SensorEstimator, walks: u64) -> SensorSettings {
+pub fn sensors(estimator: Estimator, walks: u64) -> SensorSettings {
     let stop = Stop { walks: Some(walks), ..Stop::default() };
     SensorSettings { estimator, randomness: Randomness::Sobol, seed: 2012, stop }
 }

@@ -13,24 +13,18 @@ pub use self::pass::walks_per_sample;
 
 use self::pass::Pass;
 use super::connect::Light;
+use super::estimator::Estimator;
+use super::known_lights::KnownLights;
 use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Stop, Watch};
 use super::walk::Launcher;
-use super::weighting::Weighting;
-
-/// Chooses how the luminance of a pixel is estimated.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Estimator {
-    /// The double local estimate (eq. 11, 12): walk hits are connected to the visible point, to a sampled intermediate point, or to both as the weighting
-    /// says; also known as instant radiosity with walks of its own for every sample.
-    DoubleLocal(Weighting),
-    /// Backward path tracing, the reference.
-    Path,
-}
 
 /// Sets an image run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImageSettings {
-    /// How a pixel is estimated.
+    /// How a pixel is estimated: by [`Estimator::Local`], the double local estimate (eq. 11, 12),
+    /// whose walk hits are connected to the visible point, to a sampled intermediate point, or to
+    /// both as the weighting says (also known as instant radiosity with walks of its own for every
+    /// sample), or by [`Estimator::Path`].
     pub estimator: Estimator,
     /// Where random numbers come from.
     pub randomness: Randomness,
@@ -118,7 +112,13 @@ pub fn render_on(
     observer: Observer,
     mut keeper: Option<Keeper>,
 ) -> Result<Rendering> {
+    if matches!(settings.estimator, Estimator::Radiosity(_) | Estimator::Photon { .. }) {
+        let message = "pictures are estimated by local estimates or paths; radiosity and photons \
+                       are for sensors";
+        return Err(Error::Parameter(message.to_owned()));
+    }
     let launcher = Launcher::new(scene)?;
+    let known_lights = KnownLights::of(scene);
     check_film(&film, camera.window().size())?;
     let mut control = Control::new(settings.stop);
     let mut run = Rendering {
@@ -154,7 +154,7 @@ pub fn render_on(
         }
         samples.resize(run.film.size().iter().product(), Light::default());
         let watch = Watch::new(&control, observer, run.walks_per_pixel);
-        if run.pass(scene, &launcher, camera, (settings, &watch), &mut samples) {
+        if run.pass(scene, (&launcher, &known_lights), camera, (settings, &watch), &mut samples) {
             run.account(&launcher, settings, &control);
             run.ending = watch.ending();
             return Ok(run);
@@ -205,12 +205,12 @@ impl Rendering {
     fn pass(
         &mut self,
         scene: &Scene,
-        launcher: &Launcher,
+        (launcher, known_lights): (&Launcher, &KnownLights),
         camera: &Camera,
         (settings, watch): (&ImageSettings, &Watch),
         samples: &mut [Light],
     ) -> bool {
-        let pass = Pass::new(scene, launcher, settings, &self.film, watch);
+        let pass = Pass::new(scene, launcher, known_lights, settings, &self.film, watch);
         let complete = pass.fill(camera, samples);
         let unfinished = (!complete && self.film.passes() == 0).then(|| pass.share());
         if complete {

@@ -12,13 +12,15 @@ use crate::scene::{Camera, Emitter, Film, Scene, Vertex};
 use super::super::cloud::{self, Cloud};
 use super::super::connect::{Batch, Connector, Light};
 use super::super::direct;
+use super::super::estimator::Estimator;
 use super::super::gather::through_mirror;
+use super::super::known_lights::KnownLights;
 use super::super::path::PathTracer;
 use super::super::receiver::Receiver;
 use super::super::replicates::{Watch, seed};
 use super::super::walk::Launcher;
 use super::super::weighting::Weighting;
-use super::{Estimator, ImageSettings, splat};
+use super::{ImageSettings, splat};
 
 /// Paths that share the eye ray of one sample; walks are as many as a cloud has.
 const PATHS_PER_SAMPLE: usize = 8;
@@ -38,8 +40,8 @@ const PICK: u64 = 4;
 /// Gives how many walks, or paths, a sample of a pixel takes, which is one eye ray.
 pub fn walks_per_sample(estimator: &Estimator) -> usize {
     match estimator {
-        Estimator::DoubleLocal(_) => cloud::WALKS,
-        Estimator::Path => PATHS_PER_SAMPLE,
+        Estimator::Local(_) => cloud::WALKS,
+        _ => PATHS_PER_SAMPLE,
     }
 }
 
@@ -47,6 +49,7 @@ pub fn walks_per_sample(estimator: &Estimator) -> usize {
 pub(super) struct Pass<'a> {
     scene: &'a Scene,
     connector: Connector<'a>,
+    known_lights: &'a KnownLights,
     settings: &'a ImageSettings,
     /// Says which pixels take a sample, and its index.
     film: &'a Film,
@@ -69,20 +72,21 @@ impl<'a> Pass<'a> {
     pub(super) fn new(
         scene: &'a Scene,
         launcher: &'a Launcher<'a>,
+        known_lights: &'a KnownLights,
         settings: &'a ImageSettings,
         film: &'a Film,
         watch: &'a Watch<'a>,
     ) -> Self {
         let (clouds, weighting) = match settings.estimator {
-            Estimator::DoubleLocal(weighting) => (CLOUDS_PER_PASS, weighting),
-            Estimator::Path => (0, Weighting::Walk),
+            Estimator::Local(weighting) => (CLOUDS_PER_PASS, weighting),
+            _ => (0, Weighting::Walk),
         };
         let connector = Connector::new(scene, launcher, weighting).watched(watch);
         let clouds = (0..clouds).map(|_| OnceLock::new()).collect();
         let bounds = |emitter: &Emitter| scene.objects()[emitter.object].surface.bounds();
         let lamps = scene.emitters().iter().map(bounds).fold(Aabb::EMPTY, Aabb::union);
         let rows = AtomicUsize::new(0);
-        Self { scene, connector, settings, film, lamps, clouds, watch, rows }
+        Self { scene, connector, known_lights, settings, film, lamps, clouds, watch, rows }
     }
 
     /// Returns the share of the rows that are done.
@@ -261,20 +265,20 @@ impl<'a> Pass<'a> {
         let streams =
             |count: usize| (0..count).map(move |k| stream(index * count as u64 + k as u64));
         let mean: Light = match self.settings.estimator {
-            Estimator::Path => {
-                let paths = streams(PATHS_PER_SAMPLE).map(|mut s| tracer.trace(&receiver, &mut s));
-                paths.sum::<Light>() / PATHS_PER_SAMPLE as f64
-            }
-            Estimator::DoubleLocal(_) => {
+            Estimator::Local(_) => {
                 let picked = hash([seed_of(self.settings, self.film, PICK), pixel, index]);
                 let cloud = self.cloud(picked as usize % CLOUDS_PER_PASS);
                 if cloud.spoilt() > 0 {
                     return Light::SPOILT;
                 }
-                let outlook = self.connector.outlook(&receiver);
+                let outlook = self.known_lights.seen_from(self.scene, &receiver);
                 direct += outlook.light;
                 let asked = std::iter::once((cloud, streams(RAYS_PER_SAMPLE)));
                 self.connector.estimate(batch, &receiver, &outlook, asked).map(|e| e.light).sum()
+            }
+            _ => {
+                let paths = streams(PATHS_PER_SAMPLE).map(|mut s| tracer.trace(&receiver, &mut s));
+                paths.sum::<Light>() / PATHS_PER_SAMPLE as f64
             }
         };
         Light { direct: direct + mean.direct, indirect: mean.indirect }

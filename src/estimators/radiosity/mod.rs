@@ -19,9 +19,9 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use super::local::Survey;
 use super::receiver::Receiver;
 use super::replicates::{Control, Observer, REPLICATES, Stop, Watch};
+use super::survey::Survey;
 use crate::math::Rgb;
 use crate::math::stats::Estimate;
 use crate::scene::{Measured, Scene};

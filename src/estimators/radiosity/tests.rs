@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use glam::DVec3;
 
 use super::*;
-use crate::estimators::{Ending, SensorEstimator, SensorSettings, illuminance, luminance};
+use crate::estimators::{Ending, Estimator, SensorSettings, illuminance, luminance};
 use crate::math::{Randomness, Ray};
 use crate::mesh::shapes;
 use crate::scene::{Material, Measure, Object, PointLight, Sensor};
@@ -20,7 +20,7 @@ fn grey(reflectance: f64) -> Material {
 fn settings(patches: usize) -> SensorSettings {
     let radiosity = RadiositySettings { patches, ..RadiositySettings::default() };
     SensorSettings {
-        estimator: SensorEstimator::Radiosity(radiosity),
+        estimator: Estimator::Radiosity(radiosity),
         randomness: Randomness::Sobol,
         seed: 1,
         stop: Stop::default(),

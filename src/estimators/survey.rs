@@ -1,0 +1,429 @@
+//! Drives a survey of sensors or of rays: every walk serves every sensor (eq. 5), replicate by replicate, doubled until the stop.
+
+use std::f64::consts::SQRT_2;
+use std::ops::{ControlFlow, Range};
+use std::time::Duration;
+
+use rayon::prelude::*;
+
+use crate::Result;
+use crate::math::stats::Estimate;
+use crate::math::{Randomness, Ray, Rgb, Stream};
+use crate::scene::{Measured, Scene, Sensor, Vertex};
+
+use super::cloud::Cloud;
+use super::direct;
+use super::estimator::Estimator;
+use super::integrator::{Block, Integrator, Needs, Sum};
+use super::local::{Local, to_clouds};
+use super::path::Paths;
+use super::photon::Counters;
+use super::radiosity::{self, Exchange};
+use super::receiver::Receiver;
+use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Stop, Watch, seed};
+use super::walk::{Launcher, Walked};
+
+/// Sets a survey.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorSettings {
+    /// How illuminance is estimated.
+    pub estimator: Estimator,
+    /// Where random numbers come from.
+    pub randomness: Randomness,
+    /// The seed: the same seed gives the same bytes on any number of threads.
+    pub seed: u64,
+    /// When to stop; the error is the largest relative 95 % half width over the sensors.
+    pub stop: Stop,
+}
+
+/// Holds a finished survey and how it came about.
+#[derive(Debug, Clone)]
+pub struct Survey {
+    /// One result per sensor; [`Measured::UNKNOWN`] where the time was up before any walk was
+    /// served to it.
+    pub results: Vec<Measured>,
+    /// What each sensor received in each replicate, lx; sensors share their walks, so that replicates of one number belong together. NaN by radiosity.
+    pub replicates: Vec<[f64; REPLICATES]>,
+    /// Why the run ended.
+    pub ending: Ending,
+    /// Walks in all; the shots of radiosity.
+    pub walks: u64,
+    /// The share of the walks' flux that left an open scene; NaN where there are no walks of light to tell.
+    pub escaped: f64,
+    /// The share of all light that point lights shed on mirrors and these send on. A sensor gets none of that straight: no estimate finds a point in a
+    /// mirror. A light with an extent has no such share.
+    pub caustic: f64,
+    /// The time it took.
+    pub elapsed: Duration,
+    /// How the patches exchanged light, by radiosity; then no result has a known error.
+    pub radiosity: Option<Exchange>,
+}
+
+impl Survey {
+    /// Gives the survey of some sensors the places they have among all: those of which `counts` is
+    /// true, in order. The others have measured NaN.
+    pub fn scattered(self, counts: &[bool]) -> Self {
+        let unknown = (Measured::UNKNOWN, [f64::NAN; REPLICATES]);
+        let (mut results, mut replicates) = (self.results.into_iter(), self.replicates.into_iter());
+        let own = |counts: &bool| {
+            let measured = counts.then(|| results.next().zip(replicates.next())).flatten();
+            measured.unwrap_or(unknown)
+        };
+        let (results, replicates) = counts.iter().map(own).unzip();
+        Self { results, replicates, ..self }
+    }
+
+    /// Gives the largest relative 95 % half width; those without any light count as exact. `None` when all are.
+    pub fn worst(&self) -> Option<f64> {
+        let lit = self.results.iter().map(|r| r.total).filter(|e| e.mean > 0.0);
+        lit.map(|e| e.relative_half_width()).reduce(f64::max)
+    }
+}
+
+/// The purpose of the random numbers that walks take.
+const WALKS: u64 = 11;
+
+/// Walks per replicate of the first round, and the most that are held in memory together.
+const FIRST_ROUND: u64 = 8;
+const LARGEST_BLOCK: u64 = 256;
+/// After how many walks a survey without any light counts as exact.
+const ENOUGH_IN_THE_DARK: u64 = 1 << 20;
+/// How many sensors are served by a replicate before the next one.
+pub(super) const SERVED_TOGETHER: usize = 64;
+
+/// Measures illuminance, lx, at all sensors.
+///
+/// # Errors
+/// [`crate::Error::Parameter`] when the scene has no light, or when the estimator cannot be used: radiosity with an infinite surface, another reflection than
+/// Lambert's or a number of patches out of range; photons on cylinders or without a radius.
+pub fn illuminance(
+    scene: &Scene,
+    sensors: &[Sensor],
+    settings: &SensorSettings,
+    observer: Observer,
+) -> Result<Survey> {
+    let receivers: Vec<_> =
+        sensors.par_iter().map(|s| Receiver::sensor(&scene.settled(s))).collect();
+    survey(scene, &receivers, |_| Rgb::BLACK, settings, observer)
+}
+
+/// Measures luminance, cd/m2, against the direction of all rays, at the first surface that each meets (eq. 11), and at those that mirrors show there; 0 where
+/// there is none. The direct part holds what the first surface emits.
+///
+/// # Errors
+/// As [`illuminance`].
+pub fn luminance(
+    scene: &Scene,
+    rays: &[Ray],
+    settings: &SensorSettings,
+    observer: Observer,
+) -> Result<Survey> {
+    let seen: Vec<Vec<(Vertex, Rgb)>> = rays.par_iter().map(|ray| seen(scene, ray)).collect();
+    let all: Vec<(Vertex, Rgb)> = seen.iter().flatten().copied().collect();
+    let receivers: Vec<_> =
+        all.iter().map(|(v, left)| Receiver::reflecting(v).through(*left)).collect();
+    let emitted = |i: usize| all[i].1 * scene.emitted(&all[i].0);
+    let mut survey = survey(scene, &receivers, emitted, settings, observer)?;
+    let (results, replicates) = (survey.results, survey.replicates);
+    let mut from = 0;
+    let own = seen.iter().map(|seen| {
+        let range = from..from + seen.len();
+        from = range.end;
+        together(&results[range.clone()], &replicates[range])
+    });
+    (survey.results, survey.replicates) = own.unzip();
+    Ok(survey)
+}
+
+/// Gives the vertices that a ray shows: the first that it meets and, with what mirrors leave of their light, those behind it.
+fn seen<'a>(scene: &'a Scene, ray: &Ray) -> Vec<(Vertex<'a>, Rgb)> {
+    let (mut seen, mut left) = (Vec::new(), Rgb::WHITE);
+    let mut next = scene.vertex(ray);
+    while let Some(vertex) = next {
+        // A mirror itself shows nothing; there may be many in a row.
+        if vertex.albedo() > 0.0 || !vertex.emitted().is_black() || vertex.mirrored().is_none() {
+            seen.push((vertex, left));
+        }
+        let mirrored = vertex.mirrored().map(|(direction, reflectance)| {
+            left *= reflectance;
+            vertex.hit.leave(direction)
+        });
+        // What is left out is below the last digit of what is counted.
+        next = mirrored.filter(|_| left.luminance() > f64::EPSILON).and_then(|r| scene.vertex(&r));
+    }
+    seen
+}
+
+/// Adds up what one ray shows; what is direct is so at the first surface.
+fn together(
+    results: &[Measured],
+    replicates: &[[f64; REPLICATES]],
+) -> (Measured, [f64; REPLICATES]) {
+    if let ([result], [replicates]) = (results, replicates) {
+        return (*result, *replicates);
+    }
+    let mut sum = [0.0; REPLICATES];
+    for own in replicates {
+        sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+    }
+    let direct = results.first().map_or(Estimate::without_error(0.0), |first| first.direct);
+    let spoilt = results.iter().map(|r| r.spoilt).sum();
+    (Measured { total: Estimate::of_replicates(&sum), direct, spoilt }, sum)
+}
+
+/// Measures what receivers get from the samples, and adds what they have of their own.
+fn survey(
+    scene: &Scene,
+    receivers: &[Receiver],
+    own: impl Fn(usize) -> Rgb + Sync,
+    settings: &SensorSettings,
+    observer: Observer,
+) -> Result<Survey> {
+    let launcher = Launcher::new(scene)?;
+    let walks = Walks { launcher: &launcher, settings };
+    let mut control = Control::new(settings.stop);
+    let watch = Watch::new(&control, observer, 0);
+    let mut integrator: Box<dyn Integrator> = match settings.estimator {
+        Estimator::Radiosity(radiosity) => {
+            let points = |i| own(i) + direct::point_lights(scene, &receivers[i]);
+            let points: Vec<Rgb> = (0..receivers.len()).into_par_iter().map(points).collect();
+            let stop = settings.stop;
+            return radiosity::survey(scene, receivers, &points, &radiosity, stop, observer);
+        }
+        Estimator::Local(weighting) => {
+            Box::new(Local::new(scene, walks, settings, receivers, weighting, &watch))
+        }
+        Estimator::Path => Box::new(Paths::new(scene, receivers)),
+        Estimator::Photon { radius } => Box::new(Counters::new(scene, receivers, radius)?),
+    };
+    // What is known of each receiver before any sample; of none that the time did not suffice for.
+    let known = |i: usize| {
+        if watch.ends() {
+            return Rgb::BLACK;
+        }
+        let found = integrator.finds_point_lights();
+        let exact = if found { Rgb::BLACK } else { direct::point_lights(scene, &receivers[i]) };
+        own(i) + exact + integrator.known(i)
+    };
+    let known: Vec<Rgb> = (0..receivers.len()).into_par_iter().map(known).collect();
+    integrator.pilot(&known, &watch);
+    let ending = watch.has_ended().then(|| watch.ending());
+    let mut run = Run {
+        walks,
+        integrator,
+        known,
+        sums: vec![[Sum::default(); REPLICATES]; receivers.len()],
+        done: 0,
+        served: vec![0; receivers.len().div_ceil(SERVED_TOGETHER)],
+        escaped: 0.0,
+    };
+    let ending = match ending {
+        Some(ending) => ending,
+        None => run.go_on(&mut control, observer),
+    };
+    Ok(run.finished(ending, control.elapsed()))
+}
+
+/// The walks of a run.
+#[derive(Clone, Copy)]
+pub(super) struct Walks<'a> {
+    pub(super) launcher: &'a Launcher<'a>,
+    settings: &'a SensorSettings,
+}
+
+impl<'a> Walks<'a> {
+    /// Follows some walks of a replicate; what there is no time for is cut short.
+    pub(super) fn of_replicate(
+        &self,
+        replicate: usize,
+        indices: Range<u64>,
+        watch: &Watch,
+    ) -> Vec<Walked<'a>> {
+        let seed = seed(self.settings.seed, replicate, WALKS);
+        let ends = || watch.ends();
+        let follow = |index| {
+            let stream = &mut Stream::new(self.settings.randomness, seed, index);
+            if ends() { Walked::default() } else { self.launcher.follow(stream, &ends) }
+        };
+        indices.map(follow).collect()
+    }
+}
+
+/// A survey under way.
+struct Run<'a> {
+    walks: Walks<'a>,
+    integrator: Box<dyn Integrator<'a> + 'a>,
+    /// What each receiver is known to get without any sample.
+    known: Vec<Rgb>,
+    sums: Vec<[Sum; REPLICATES]>,
+    /// The samples of each replicate so far.
+    done: u64,
+    /// The same for each [`SERVED_TOGETHER`] receivers: some have more than others where the time
+    /// was up in between.
+    served: Vec<u64>,
+    /// The flux of the walks that left the scene.
+    escaped: f64,
+}
+
+impl Run<'_> {
+    /// Takes samples, doubling after doubling, until the stop.
+    fn go_on(&mut self, control: &mut Control, observer: Observer) -> Ending {
+        let stop = self.walks.settings.stop;
+        let limit = stop.walks.map_or(u64::MAX, |w| w.div_ceil(REPLICATES as u64));
+        let mut target = limit.clamp(1, FIRST_ROUND);
+        // Whether the doubling before let expect that this one meets the target. A run that stopped
+        // at the first error that happens to be small enough would stop too often at one that is
+        // too small, and its intervals would hold the truth less often than they claim.
+        let mut foreseen = false;
+        loop {
+            let block = (target - self.done).min(LARGEST_BLOCK).min(control.affordable(self.done));
+            let watch = Watch::new(control, observer, self.done * REPLICATES as u64);
+            self.add(block, &watch);
+            if watch.has_ended() {
+                return watch.ending();
+            }
+            self.done += block;
+            let walks = self.done * REPLICATES as u64;
+            let doubled = self.done == target;
+            // Where nothing has got any light after so many walks, nothing is waited for.
+            let waits = walks < ENOUGH_IN_THE_DARK && !self.sums.is_empty();
+            let error = self.largest_half_width().or_else(|| (!waits).then_some(0.0));
+            let judged = if doubled { 2 * walks } else { target * REPLICATES as u64 };
+            let known = error.map(|error| Known { error, walks, judged });
+            let reached = doubled && control.meets_target(known) && foreseen;
+            if doubled {
+                let nearly = stop.relative_error.map(|target| SQRT_2 * target);
+                foreseen = error.zip(nearly).is_some_and(|(error, nearly)| error <= nearly);
+            }
+            let broken = control.report(walks, observer) == ControlFlow::Break(());
+            let ending = if reached {
+                Some(Ending::Error)
+            } else if broken {
+                Some(Ending::Interrupted)
+            } else if doubled && control.is_open_ended() {
+                Some(Ending::Walks)
+            } else {
+                control.is_over(walks)
+            };
+            if let Some(ending) = ending {
+                return ending;
+            }
+            if doubled {
+                self.integrator.plan(&self.sums, self.done);
+                target = (2 * target).min(limit);
+            }
+        }
+    }
+
+    /// Adds the next samples of every replicate to every receiver, as many as there is time for.
+    fn add(&mut self, count: u64, watch: &Watch) {
+        let indices = self.done..self.done + count;
+        let needs = self.integrator.needs();
+        let of = |replicate| self.walks.of_replicate(replicate, indices.clone(), watch);
+        let walks: Vec<Vec<Walked>> = match needs {
+            Needs::Nothing => Vec::new(),
+            Needs::Walks | Needs::Clouds => (0..REPLICATES).into_par_iter().map(of).collect(),
+        };
+        if watch.has_ended() {
+            return;
+        }
+        let clouds: Vec<Vec<Cloud>> = match needs {
+            Needs::Clouds => walks.par_iter().map(|walks| to_clouds(walks)).collect(),
+            Needs::Nothing | Needs::Walks => Vec::new(),
+        };
+        let (integrator, settings) = (self.integrator.as_ref(), self.walks.settings);
+        let add = |chunk: usize, sums: &mut [[Sum; REPLICATES]]| -> u64 {
+            let from = chunk * SERVED_TOGETHER;
+            let serve = |replicate: usize| -> Vec<Sum> {
+                let block = Block {
+                    replicate,
+                    indices: indices.clone(),
+                    walks: walks.get(replicate).map_or(&[][..], Vec::as_slice),
+                    clouds: clouds.get(replicate).map_or(&[][..], Vec::as_slice),
+                    randomness: settings.randomness,
+                    seed: settings.seed,
+                };
+                integrator.serve(&block, from..from + sums.len(), watch)
+            };
+            let served: Vec<Vec<Sum>> = (0..REPLICATES).into_par_iter().map(serve).collect();
+            if watch.has_ended() {
+                return 0;
+            }
+            for (replicate, served) in served.iter().enumerate() {
+                for (sums, served) in sums.iter_mut().zip(served) {
+                    sums[replicate] += *served;
+                }
+            }
+            count
+        };
+        // A replicate's walks stay at hand while they serve some sensors; few sensors keep all
+        // threads busy too.
+        let chunks = self.sums.par_chunks_mut(SERVED_TOGETHER).enumerate();
+        let added: Vec<u64> = chunks.map(|(chunk, sums)| add(chunk, sums)).collect();
+        self.served.iter_mut().zip(added).for_each(|(served, added)| *served += added);
+        if let Some(clouds) = clouds.first() {
+            self.integrator.note(clouds);
+        }
+        let escaped = walks.iter().flatten().map(Walked::escaped).filter(|flux| flux.is_finite());
+        self.escaped += escaped.sum::<f64>();
+    }
+
+    /// Returns the largest relative 95 % half width; sensors without any light count as exact.
+    fn largest_half_width(&self) -> Option<f64> {
+        self.known
+            .par_iter()
+            .zip(&self.sums)
+            .map(|(p, s)| Estimate::of_replicates(&replicates(*p, s, self.done, |s| s.total)))
+            .filter(|e| e.mean > 0.0)
+            .map(|e| e.relative_half_width())
+            .reduce_with(f64::max)
+    }
+
+    fn finished(self, ending: Ending, elapsed: Duration) -> Survey {
+        let of = |i: usize| self.served[i / SERVED_TOGETHER];
+        let own = self.known.par_iter().zip(&self.sums).enumerate();
+        let Walks { launcher, settings } = self.walks;
+        let walks = self.done.max(1) * REPLICATES as u64;
+        Survey {
+            results: own.clone().map(|(i, (p, s))| result(*p, s, of(i))).collect(),
+            replicates: own.map(|(i, (p, s))| replicates(*p, s, of(i), |s| s.total)).collect(),
+            ending,
+            walks: self.done * REPLICATES as u64,
+            escaped: self.escaped / (launcher.power() * walks as f64),
+            caustic: launcher.caustic_share(settings.randomness, settings.seed),
+            elapsed,
+            radiosity: None,
+        }
+    }
+}
+
+/// Turns the sums of one sensor into its result.
+fn result(points: Rgb, sums: &[Sum; REPLICATES], walks: u64) -> Measured {
+    if walks == 0 {
+        return Measured::UNKNOWN;
+    }
+    // Light that is taken off again can come to less than nothing by chance.
+    let mean = |sum| {
+        let estimate = Estimate::of_replicates(&replicates(points, sums, walks, sum));
+        Estimate { mean: estimate.mean.max(0.0), ..estimate }
+    };
+    Measured {
+        total: mean(|s| s.total),
+        direct: mean(|s| s.direct),
+        spoilt: sums.iter().map(|s| s.spoilt).sum(),
+    }
+}
+
+/// Gives the illuminance of one sensor in each replicate, lx.
+fn replicates(
+    points: Rgb,
+    sums: &[Sum; REPLICATES],
+    walks: u64,
+    sum: fn(&Sum) -> f64,
+) -> [f64; REPLICATES] {
+    if walks == 0 {
+        return [f64::NAN; REPLICATES];
+    }
+    let points = points.luminance();
+    sums.map(|s| points + sum(&s) / (walks - s.spoilt).max(1) as f64)
+}
