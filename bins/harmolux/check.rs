@@ -13,10 +13,11 @@ use harmolux::io::output::Output;
 use harmolux::mesh::{Mesh, RepairReport};
 use serde_json::{Value, json};
 
-use super::arguments::{MeshHabits, point};
-use super::exit::Code;
-use super::fit::{about, read_and_repair};
-use super::say;
+use crate::common::exit::Code;
+use crate::common::flags::MeshHabits;
+use crate::common::inputs::{about, read_and_repair};
+use crate::common::say;
+use crate::common::values::point;
 
 /// Say whether a mesh can be fitted: closed, manifold, oriented, star-shaped; if not, where and why
 ///

@@ -11,10 +11,11 @@ use harmolux::study::{CompareSettings, Comparison, DistanceMap, Hausdorff, Pair}
 use harmolux::{Error, Result};
 use serde_json::{Value, json};
 
-use super::arguments::{MeshHabits, SeriesHabits, length, point};
-use super::exit::Code;
-use super::say;
-use super::subject::Read;
+use crate::common::exit::Code;
+use crate::common::flags::{MeshHabits, SeriesHabits};
+use crate::common::say;
+use crate::common::subject::Read;
+use crate::common::values::{length, point};
 
 /// Measure how far two shapes or meshes are from each other
 ///

@@ -14,9 +14,9 @@ use harmolux::plots::{ColourScale, FalseColour, Isolux, Palette, Scale, ScaleWis
 use harmolux::{Error, Result};
 use serde_json::json;
 
-use super::exit::Code;
-use super::plot::{PlotFormat, unknown_output};
-use super::say;
+use crate::common::exit::Code;
+use crate::common::plot::{PlotFormat, unknown_output};
+use crate::common::say;
 
 /// The share of the pixels that a scale reaches by itself: the brightest, lamps and their glints, would leave the rest dark.
 const COVER: f64 = 0.995;

@@ -9,15 +9,16 @@ use harmolux::fit::Shape;
 use harmolux::fit::star;
 use harmolux::fit::{mesh_bytes, series_bytes};
 use harmolux::io::coefficients;
-use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
+use harmolux::io::coefficients::SeriesFormat;
 use harmolux::io::meshes;
 use harmolux::mesh::MeshReport;
 use harmolux::sh::{Convention, least, positions, range, volume};
 use serde_json::{Value, json};
 
-use super::arguments::SeriesReading;
-use super::exit::Code;
-use super::say;
+use crate::common::exit::Code;
+use crate::common::flags::SeriesReading;
+use crate::common::inputs::series_format;
+use crate::common::say::{self, point};
 
 /// Say what a mesh or coefficient file holds
 #[derive(Debug, Args)]
@@ -64,17 +65,6 @@ fn series_file(verb: &Info) -> Result<Option<SeriesFile>> {
     let shape = coefficients::parse(&verb.file, &bytes, &options)?;
     let convention = coefficients::convention(&verb.file, &bytes, format, &options)?;
     Ok(Some(SeriesFile { format, convention, shape }))
-}
-
-/// Tells the format of a coefficient file; a mesh is none, whatever its extension.
-pub(crate) fn series_format(
-    path: &Path,
-    bytes: &[u8],
-    options: &ReadOptions,
-) -> Option<SeriesFormat> {
-    let told = options.format.or_else(|| coefficients::recognise_content(bytes));
-    let is_mesh = || meshes::recognise(bytes).is_some();
-    told.or_else(|| if is_mesh() { None } else { SeriesFormat::of_extension(path) })
 }
 
 fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
@@ -197,10 +187,4 @@ fn mesh(path: &Path) -> Result<(Lines, Value)> {
         "deficiencies": deficiencies,
     });
     Ok((lines, value))
-}
-
-/// Writes a point, metres.
-pub(crate) fn point(p: DVec3) -> String {
-    let [x, y, z] = p.to_array().map(|v| say::significant(v, 4));
-    format!("({x}, {y}, {z}) m")
 }

@@ -1,47 +1,82 @@
-//! The tool `harmolux`: parses the command line, calls the library, prints. Data goes to stdout, talk to stderr.
+//! The tool `harmolux`: parses the command line, calls the library, prints. Data goes to stdout, talk
+//! to stderr. The verbs are described each in a file or folder of its own; what they share is in
+//! `common`.
 
-mod arguments;
 mod check;
+mod common;
 mod convert;
-mod convert_mesh;
-mod detail_report;
 mod diff;
 mod exact;
-mod exit;
 mod falsecolor;
 mod fit;
-mod fit_many;
-mod fit_report;
-mod foresight;
 mod illum;
-mod illum_map;
-mod illum_report;
-mod illum_target;
 mod info;
-mod interrupt;
 mod mean;
 mod mesh;
-mod plot;
 mod probe;
-mod progress;
 mod random;
 mod render;
-mod render_keep;
-mod render_target;
-mod repairs;
-mod say;
-mod shape_file;
 mod spectrum;
-mod subject;
 mod sweep;
-mod target;
 mod transform;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{Parser, Subcommand};
 
-use arguments::{Arguments, Verb};
+use common::{exit, say};
+
+/// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
+#[derive(Debug, Parser)]
+#[command(version, propagate_version = true, arg_required_else_help = true, after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+    /// Use this many threads instead of one per core; results do not depend on it
+    #[arg(short = 'j', long, global = true, display_order = 900, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Print the result as JSON on stdout
+    #[arg(long, global = true, display_order = 901)]
+    pub(crate) json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  harmolux render data/scenes/head_room.toml             a picture: head_room.png and head_room.exr
+  harmolux illum data/scenes/head_room.toml              lux at the scene's sensors, each with its interval
+  harmolux probe data/scenes/head_room.toml < rays.txt   cd/m2 along rays, a line each
+  harmolux exact sobolev                                 light whose answer is known: two planes
+  harmolux falsecolor head_room.exr -o cd.png            cd/m2 in colours, with a legend; lux of grids
+  harmolux check data/head.obj                           closed, oriented, star-shaped?
+  harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
+  harmolux info head.txt                                 what a file holds
+  harmolux convert head.txt head.bshc                    coefficients in another format
+  harmolux sweep data/head.obj -l 4,8,16,32,64 -o out    what each degree costs and buys
+  harmolux spectrum head.txt --plot                      how much each degree carries
+  harmolux mesh head.txt -o head.ply                     coefficients become a mesh
+  harmolux diff head.txt data/head.obj                   how far two shapes are from each other
+
+Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement or target error not met, 130 interrupted (after saving).";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Verb {
+    Render(render::Render),
+    Illum(illum::Illum),
+    Probe(probe::Probe),
+    Exact(exact::Exact),
+    Falsecolor(falsecolor::Falsecolor),
+    Check(check::Check),
+    Fit(fit::Fit),
+    Info(info::Info),
+    Convert(convert::Convert),
+    Sweep(sweep::Sweep),
+    Spectrum(spectrum::Spectrum),
+    Diff(diff::Diff),
+    Mesh(mesh::Mesh),
+    Transform(Box<transform::Transform>),
+    Mean(mean::Mean),
+    Random(random::Random),
+}
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -73,5 +108,16 @@ fn main() -> ExitCode {
             say::error(&error);
             exit::Code::of(&error).into()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn command_line_is_consistent() {
+        Arguments::command().debug_assert();
     }
 }

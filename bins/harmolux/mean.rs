@@ -10,9 +10,9 @@ use harmolux::sh::{Coefficients, Spectrum, difference, scatter, weighted_mean};
 use harmolux::{Error, Result};
 use serde_json::json;
 
-use super::arguments::SeriesReading;
-use super::exit::Code;
-use super::{say, shape_file};
+use crate::common::exit::Code;
+use crate::common::flags::SeriesReading;
+use crate::common::{say, shape_file};
 
 /// Average shapes, and say how far each is from the mean
 ///

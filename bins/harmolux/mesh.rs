@@ -12,10 +12,11 @@ use harmolux::io::output::Output;
 use harmolux::sh::volume;
 use serde_json::{Value, json};
 
-use super::arguments::{SeriesReading, length, size};
-use super::exit::Code;
-use super::fit::about;
-use super::{progress, say};
+use crate::common::exit::Code;
+use crate::common::flags::SeriesReading;
+use crate::common::inputs::about;
+use crate::common::values::{length, size};
+use crate::common::{progress, say};
 
 /// Turn coefficients into a mesh
 ///

@@ -12,13 +12,13 @@ use harmolux::math::Ray;
 use harmolux::scene::{Measured, Scene, Sensor};
 use harmolux::{Error, Result};
 
-use super::arguments::SceneArguments;
-use super::exit::Code;
-use super::fit::about;
-use super::illum::{reached, settings};
-use super::progress::Meter;
-use super::render::{code, load_scene, read_scene};
-use super::{illum_report, interrupt, say};
+use crate::common::exit::Code;
+use crate::common::flags::SceneArguments;
+use crate::common::inputs::about;
+use crate::common::progress::Meter;
+use crate::common::scenes::{load_scene, read_scene};
+use crate::common::surveys::{self, code, reached, settings};
+use crate::common::{interrupt, say};
 
 /// Measure luminance, cd/m2, along rays given on stdin, or illuminance, lx, at points
 ///
@@ -79,9 +79,9 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
     report(verb, &survey.results, &behind, as_json)?;
-    illum_report::run(&survey);
+    surveys::tell(&survey);
     let counts: Vec<bool> = behind.iter().map(Option::is_none).collect();
-    let unknown = illum_report::unreached(&survey, &counts);
+    let unknown = surveys::unreached(&survey, &counts);
     Ok(match code(survey.ending, settings.stop, reached(&survey), "largest 95 % half width") {
         Code::Done if unknown => Code::NotMet,
         code => code,
@@ -137,7 +137,7 @@ fn report(
             say::data(&format!("NaN\tbehind {object}"));
             continue;
         }
-        let half_width = illum_report::half_width(&r.total);
+        let half_width = surveys::half_width(&r.total);
         say::data(&format!("{}\t{half_width}", say::significant(r.total.mean, 7)));
     }
     Ok(())

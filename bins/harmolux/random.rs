@@ -12,10 +12,10 @@ use harmolux::sh::{
 use harmolux::{Error, Result};
 use serde_json::json;
 
-use super::arguments::{Settings, settings};
-use super::exit::Code;
-use super::say;
-use super::shape_file::{self, ShapeFile};
+use crate::common::exit::Code;
+use crate::common::say;
+use crate::common::shape_file::{self, ShapeFile};
+use crate::common::values::{Settings, settings};
 
 /// Draw random shapes: Gaussian random spheres, or Gaussian radii of a given spectrum
 ///

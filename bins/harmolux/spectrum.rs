@@ -10,11 +10,10 @@ use harmolux::io::tables::{Cell, Table};
 use harmolux::plots::{Axis, Curve, Figure};
 use harmolux::sh;
 
-use super::arguments::SeriesReading;
-use super::exit::Code;
-use super::plot;
-use super::say;
-use super::target::Target;
+use crate::common::exit::Code;
+use crate::common::flags::SeriesReading;
+use crate::common::target::Target;
+use crate::common::{plot, say};
 
 /// Show the power per degree of shapes
 ///

@@ -9,12 +9,13 @@ use harmolux::io::tables::{Cell, Table};
 use harmolux::study::{SweepRow, sweep, sweep_figure};
 use harmolux::{Error, Result};
 
-use super::arguments::{Degrees, MeshHabits, degrees};
-use super::exit::Code;
-use super::fit::{about, read_mesh, source};
-use super::plot::PlotFormat;
-use super::say;
-use super::shape_file::{self, ShapeFile};
+use crate::common::exit::Code;
+use crate::common::flags::MeshHabits;
+use crate::common::inputs::{about, read_mesh, source};
+use crate::common::plot::PlotFormat;
+use crate::common::say;
+use crate::common::shape_file::{self, ShapeFile};
+use crate::common::values::{Degrees, degrees};
 
 /// Measure what each truncation degree costs and buys, beside the mesh itself
 ///

@@ -12,10 +12,11 @@ use harmolux::math::{EulerAngles, Rotation};
 use harmolux::sh::{Alignment, Axis, Filter, Recentred, Top};
 use serde_json::{Value, json};
 
-use super::arguments::{SeriesReading, numbers, point};
-use super::exit::Code;
-use super::fit::about;
-use super::{say, shape_file};
+use crate::common::exit::Code;
+use crate::common::flags::SeriesReading;
+use crate::common::inputs::about;
+use crate::common::values::{numbers, point};
+use crate::common::{say, shape_file};
 
 /// Turn, mirror, align, scale, cut a shape, or expand it about another centre
 ///

@@ -6,8 +6,8 @@ use harmolux::Result;
 use harmolux::exact::cie171::{self, FaceFlux, Reading};
 use harmolux::io::tables::Cell;
 
-use super::super::arguments::point;
 use super::sheet::{Column, Sheet, Style};
+use crate::common::values::point;
 
 /// CIE 171, case 5.4: the flux of a point source of 10 000 lm is found on the faces of a black room
 ///

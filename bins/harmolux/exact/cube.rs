@@ -4,8 +4,8 @@ use clap::Args;
 use harmolux::Result;
 use harmolux::exact::{Cube, cie171};
 
-use super::super::arguments::numbers;
 use super::sheet::{Column, Sheet, Style};
+use crate::common::values::numbers;
 
 /// The points of the references on a face of 4 m, metres from its middle: from there towards an edge and into a corner.
 const POINTS: [[f64; 2]; 7] =

@@ -7,8 +7,8 @@ use harmolux::exact::enclosures::{
 };
 use harmolux::io::tables::Cell;
 
-use super::super::arguments::{numbers, pair};
 use super::sheet::{Column, Sheet, Style};
+use crate::common::values::{numbers, pair};
 
 /// To how many digits people read light here.
 const LIGHT: Style = Style::Significant(10);

@@ -10,8 +10,8 @@ use harmolux::exact::form_factors::{
 use harmolux::io::tables::Cell;
 use harmolux::{Error, Result};
 
-use super::super::arguments::point;
 use super::sheet::{Column, Sheet, Style};
+use crate::common::values::point;
 
 /// To how many decimals people read a factor.
 const FACTOR: Style = Style::Decimals(10);

@@ -12,10 +12,10 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use harmolux::Result;
 use harmolux::io::output::Output;
-
-use super::exit::Code;
-use super::say;
 use sheet::Sheet;
+
+use crate::common::exit::Code;
+use crate::common::say;
 
 /// Compute problems of light whose answer is known: closed forms and integrals
 ///

@@ -3,7 +3,7 @@
 use harmolux::io::tables::{Cell, Table};
 use harmolux::{Error, Result};
 
-use super::super::say;
+use crate::common::say;
 
 /// How people read the numbers of a column.
 #[derive(Debug, Clone, Copy)]

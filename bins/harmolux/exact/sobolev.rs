@@ -7,9 +7,9 @@ use harmolux::Result;
 use harmolux::exact::{Plane, SobolevDiscs, SobolevProblem};
 use harmolux::io::tables::Cell;
 
-use super::super::arguments::pair;
-use super::super::say;
 use super::sheet::{Column, Sheet, Style};
+use crate::common::say;
+use crate::common::values::pair;
 
 /// Sobolev's problem: an isotropic point source between two infinite parallel planes, or discs
 ///

@@ -7,8 +7,8 @@ use harmolux::fit::{Fit as MeshFit, PointFit, mesh_bytes, series_bytes};
 use harmolux::sh::{Coefficients, Filter};
 use serde_json::{Value, json};
 
-use super::fit::{Fit, Fitted};
-use super::{progress, say};
+use crate::common::{progress, say};
+use crate::fit::{Fit, Fitted};
 
 /// Says that a series rings, and what helps; nothing where it does not.
 pub(crate) fn ringing(verb: &Fit, fit: &MeshFit) -> Option<String> {

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use harmolux::estimators::{ImageSettings, Progress, walks_per_sample};
 
-use super::{progress, say};
+use crate::common::{progress, say};
 
 /// Foresees whether the time suffices for two passes, without which no error is known, and says so
 /// once if not.

@@ -1,25 +1,26 @@
 //! `harmolux fit`: meshes and point clouds become coefficients.
 
+mod many;
+mod report;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
+use harmolux::Result;
 use harmolux::fit::Envelope;
+use harmolux::fit::Shape;
 use harmolux::fit::{Fit as MeshFit, FitSettings, NotStar, PointFit, Projection, fit, fit_points};
-use harmolux::fit::{Shape, Source};
 use harmolux::io::coefficients::Tolerance;
-use harmolux::io::meshes;
 use harmolux::io::points;
-use harmolux::mesh::Points;
-use harmolux::mesh::{Mesh, RepairReport, UpAxis};
 use harmolux::sh::Filter;
-use harmolux::{Error, Result};
 
-use super::arguments::{MeshHabits, UpName, point, tolerance};
-use super::exit::Code;
-use super::shape_file::{self, ShapeFile};
-use super::{fit_many, fit_report};
+use crate::common::exit::Code;
+use crate::common::flags::MeshHabits;
+use crate::common::inputs::{about, read_mesh, read_points, source};
+use crate::common::shape_file::{self, ShapeFile};
+use crate::common::values::{point, tolerance};
 
 /// Turn star-shaped meshes into spherical-harmonic coefficients
 ///
@@ -108,7 +109,7 @@ pub(crate) enum Fitted {
 pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
     match verb.meshes.as_slice() {
         [mesh] if !is_folder(&verb.output) => run_one(verb, mesh, as_json),
-        _ => fit_many::run(verb, as_json),
+        _ => many::run(verb, as_json),
     }
 }
 
@@ -117,7 +118,7 @@ fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
     let output = shape_file::open(&verb.output, verb.force)?;
     let fitted = fit_file(verb, mesh)?;
     write(verb, &fitted, mesh, output)?;
-    fit_report::print(verb, &fitted, started.elapsed(), as_json);
+    report::print(verb, &fitted, started.elapsed(), as_json);
     Ok(Code::Done)
 }
 
@@ -168,50 +169,4 @@ pub(crate) fn write(verb: &Fit, fitted: &Fitted, path: &Path, output: ShapeFile)
 fn percentage(text: &str) -> Result<f64, String> {
     let share = text.trim_end_matches('%').trim().parse::<f64>().ok();
     share.filter(|p| (0.0..=100.0).contains(p)).ok_or_else(|| "write a number from 0 to 100".into())
-}
-
-/// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
-pub(crate) fn read_mesh(path: &Path, habits: &MeshHabits) -> Result<Mesh> {
-    Ok(read_and_repair(path, habits)?.0)
-}
-
-/// As [`read_mesh`], with what was repaired.
-pub(crate) fn read_and_repair(
-    path: &Path,
-    habits: &MeshHabits,
-) -> Result<(Mesh, Option<RepairReport>)> {
-    let mesh = meshes::read(path)?.with_up(up(habits)).scaled(habits.unit.metres())?;
-    habits.repairs.apply(path, mesh)
-}
-
-/// Reads a point file and turns it to metres, z up.
-fn read_points(path: &Path, habits: &MeshHabits) -> Result<Points> {
-    let mut cloud = points::read(path)?;
-    cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * up(habits).to_z(*p));
-    Ok(cloud)
-}
-
-fn up(habits: &MeshHabits) -> UpAxis {
-    match habits.up {
-        UpName::X => UpAxis::X,
-        UpName::Y => UpAxis::Y,
-        UpName::Z => UpAxis::Z,
-    }
-}
-
-/// Names a file by its name and content.
-pub(crate) fn source(path: &Path) -> Result<Source> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
-    Ok(Source::new(path, &bytes))
-}
-
-/// Puts the file before what is wrong with what it holds.
-pub(crate) fn about(path: &Path, error: Error) -> Error {
-    let name = path.display();
-    match error {
-        Error::Geometry(text) => Error::Geometry(format!("{name}: {text}")),
-        Error::Parameter(text) => Error::Parameter(format!("{name}: {text}")),
-        Error::Numeric(text) => Error::Numeric(format!("{name}: {text}")),
-        other => other,
-    }
 }

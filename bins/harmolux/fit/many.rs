@@ -13,11 +13,11 @@ use harmolux::study::batch;
 use harmolux::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::exit::Code;
-use super::fit::{Fit, Fitted, fit_file, write};
-use super::fit_report::ringing;
-use super::shape_file::{self, ShapeFile};
-use super::{interrupt, say};
+use crate::common::exit::Code;
+use crate::common::shape_file::{self, ShapeFile};
+use crate::common::{interrupt, say};
+use crate::fit::report::ringing;
+use crate::fit::{Fit, Fitted, fit_file, write};
 
 /// Seconds between plain lines.
 const PLAIN_EVERY: Duration = Duration::from_secs(5);

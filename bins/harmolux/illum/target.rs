@@ -8,8 +8,8 @@ use harmolux::io::output::{Kind, Output};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::plots::Figure;
 
-use super::plot::{PlotFormat, unknown_output};
-use super::target::Target;
+use crate::common::plot::{PlotFormat, unknown_output};
+use crate::common::target::Target;
 
 /// The columns of the array, which the table has too; the first six say where a sensor is, the others what it measured.
 pub(crate) const COLUMNS: [&str; 10] = [

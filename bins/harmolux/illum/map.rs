@@ -8,8 +8,8 @@ use harmolux::io::scene_file::{SceneFile, SensorSpec};
 use harmolux::plots::Palette;
 use harmolux::{Error, Result};
 
-use super::illum::{Group, Illum};
-use super::say;
+use crate::common::say;
+use crate::illum::{Group, Illum};
 
 /// The colour of sensors that are behind an object.
 const BEHIND: [u8; 3] = [128; 3];

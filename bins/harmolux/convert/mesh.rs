@@ -6,11 +6,11 @@ use harmolux::io::output::Output;
 use harmolux::{Error, Result};
 use serde_json::json;
 
-use super::arguments::UnitName;
-use super::convert::Convert;
-use super::exit::Code;
-use super::info::series_format;
-use super::say;
+use crate::common::exit::Code;
+use crate::common::flags::UnitName;
+use crate::common::inputs::series_format;
+use crate::common::say;
+use crate::convert::Convert;
 
 /// Runs the verb when the output is a mesh; `None` when it is not.
 pub(crate) fn run(verb: &Convert, as_json: bool) -> Option<Result<Code>> {

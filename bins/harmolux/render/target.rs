@@ -10,9 +10,9 @@ use harmolux::io::scene_file::{RenderSpec, SceneFile};
 use harmolux::scene::{Camera, Film, FirstHits, Layer, Scene};
 use serde_json::{Map, Value};
 
-use super::plot::unknown_output;
-use super::render::Render;
-use super::say;
+use crate::common::plot::unknown_output;
+use crate::common::say;
+use crate::render::Render;
 
 /// A form in which a picture is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

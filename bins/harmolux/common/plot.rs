@@ -7,7 +7,7 @@ use harmolux::io::output::{Kind, Output};
 use harmolux::plots::Figure;
 use harmolux::{Error, Result};
 
-use super::say;
+use crate::common::say;
 
 /// The pixels of a PNG: twice the size of the SVG.
 const PIXELS: [u32; 2] = [1720, 1120];

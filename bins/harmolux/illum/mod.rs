@@ -1,31 +1,30 @@
 //! `harmolux illum`: lux at the sensors of a scene.
 
+mod map;
+mod report;
+mod target;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use harmolux::estimators::{
-    Ending, Estimator, GroupSummary, RadiositySettings, SensorSettings, Stop, Survey, Weighting,
-    illuminance,
-};
-use harmolux::io::scene_file::{
-    IllumEstimator, IllumSpec, RequireSpec, SceneFile, SensorSpec, StopSpec,
-};
+use harmolux::estimators::{Ending, Estimator, GroupSummary, Stop, Survey, illuminance};
+use harmolux::io::scene_file::{IllumEstimator, RequireSpec, SceneFile, SensorSpec, StopSpec};
 use harmolux::io::tables::{Cell, Table};
-use harmolux::math::Randomness;
-use harmolux::scene::{Measured, Scene, Sensor};
+use harmolux::scene::{Measured, Sensor};
 use harmolux::study::{Judged, SensorGroup, Verdict, judge, known};
 use harmolux::{Error, Result};
 
-use super::arguments::SceneArguments;
-use super::exit::Code;
-use super::fit::about;
-use super::illum_map::MapTarget;
-use super::illum_target::IllumTarget;
-use super::plot::{self, PlotFormat};
-use super::progress::Meter;
-use super::render::{code, load_scene, read_scene, stop};
-use super::{illum_map, illum_report, illum_target, interrupt, say};
+use self::map::MapTarget;
+use self::target::IllumTarget;
+use crate::common::exit::Code;
+use crate::common::flags::SceneArguments;
+use crate::common::inputs::about;
+use crate::common::plot::{self, PlotFormat};
+use crate::common::progress::Meter;
+use crate::common::scenes::{load_scene, read_scene, stop};
+use crate::common::surveys::{self, code, reached, settings};
+use crate::common::{interrupt, say};
 
 /// Measure illuminance, lx, at the sensors of a scene
 ///
@@ -98,8 +97,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     file.illum.estimator = verb.estimator.map_or(file.illum.estimator, Into::into);
     let mut table = columns();
     check_plots(verb, &file)?;
-    let (maps, others): (Vec<_>, Vec<_>) =
-        verb.output.iter().partition(|path| illum_map::is_map(path));
+    let (maps, others): (Vec<_>, Vec<_>) = verb.output.iter().partition(|path| map::is_map(path));
     let maps = maps.into_iter().map(|path| MapTarget::open(path, &file, verb));
     let maps: Vec<MapTarget> = maps.collect::<Result<_>>()?;
     let targets = others.into_iter().map(|path| IllumTarget::open(path, &table, verb.force));
@@ -134,7 +132,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let groups = groups(&loaded.sensors, known, &survey, &file.require, counted);
     fill(&mut table, &groups);
     let lines = groups.iter().filter(|group| is_line(&file.sensors[group.name]));
-    let figure = illum_report::figure(lines);
+    let figure = report::figure(lines);
     for target in targets {
         target.write(&table, &figure)?;
     }
@@ -142,20 +140,20 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
         map.write(&groups)?;
     }
     if as_json {
-        say::data(&illum_report::json(&table, &groups, &survey)?);
+        say::data(&report::json(&table, &groups, &survey)?);
     } else {
         if verb.plot {
             plot::print(&figure)?;
         }
-        groups.iter().for_each(illum_report::group);
+        groups.iter().for_each(report::group);
     }
-    illum_report::run(&survey);
+    surveys::tell(&survey);
     for path in &verb.output {
         say::note(&format!("written {}", path.display()));
     }
-    let unknown = illum_report::unreached(&survey, &counts);
+    let unknown = surveys::unreached(&survey, &counts);
     let code = match code(survey.ending, asked, reached(&survey), "largest 95 % half width") {
-        Code::Done if unknown || illum_report::cut_short(&survey) => Code::NotMet,
+        Code::Done if unknown || surveys::cut_short(&survey) => Code::NotMet,
         code => code,
     };
     let met = |group: &Group| group.judged.iter().all(|j| j.verdict == Verdict::Met);
@@ -185,17 +183,6 @@ fn check_plots(verb: &Illum, file: &SceneFile) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-/// Gives the error that a survey has reached: none, with a warning, when no light came anywhere.
-pub(crate) fn reached(survey: &Survey) -> Option<f64> {
-    let worst = survey.worst();
-    if worst.is_none() && survey.walks > 0 {
-        say::warning(
-            "no light came to any of them; see whether lamps and sensors are where they should be",
-        );
-    }
-    worst.or((survey.ending == Ending::Error).then_some(0.0))
 }
 
 /// A group of sensors with what was measured and required there.
@@ -283,34 +270,9 @@ fn groups<'a>(
     groups.iter().zip(known).map(group).collect()
 }
 
-/// Settles how illuminance is computed.
-pub(crate) fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments) -> SensorSettings {
-    let mut stop = stop(spec.stop, common.quick);
-    let estimator = match spec.estimator {
-        IllumEstimator::Local => Estimator::Local(Weighting::of(scene)),
-        IllumEstimator::Path => Estimator::Path,
-        IllumEstimator::Photon => Estimator::Photon { radius: spec.radius },
-        IllumEstimator::Radiosity => {
-            // Where no error is known none can be asked for.
-            stop = Stop { relative_error: None, walks: None, ..stop };
-            let default = RadiositySettings::default();
-            let patches = spec.patches.unwrap_or(default.patches);
-            // A tenth of the walks is a tenth of the pairs of patches.
-            let patches = if common.quick { patches.div_ceil(3) } else { patches };
-            Estimator::Radiosity(RadiositySettings { patches, ..default })
-        }
-    };
-    // Counts are whole numbers: evenly spread walks can give all replicates the same one, and an interval without width.
-    let randomness = match estimator {
-        Estimator::Photon { .. } => Randomness::Pseudorandom,
-        _ => Randomness::Sobol,
-    };
-    SensorSettings { estimator, randomness, seed: common.seed.unwrap_or(spec.seed), stop }
-}
-
 fn columns() -> Table {
     let known = ["spoilt_samples", "exact_lx", "deviation_in_standard_errors", "behind"];
-    Table::new(["group"].into_iter().chain(illum_target::COLUMNS).chain(known))
+    Table::new(["group"].into_iter().chain(target::COLUMNS).chain(known))
 }
 
 fn fill(table: &mut Table, groups: &[Group]) {

@@ -6,8 +6,8 @@ use clap::Args;
 use harmolux::Result;
 use harmolux::mesh::{Mesh, RepairReport, RepairSettings, repair};
 
-use super::fit::about;
-use super::say;
+use crate::common::inputs::about;
+use crate::common::say;
 
 /// What is to be mended in a mesh; nothing is unless asked for
 #[derive(Debug, Args)]

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use harmolux::study::DetailedObject;
 use serde_json::{Value, json};
 
-use super::say;
+use crate::common::say;
 
 /// Says on stderr which objects got which degree.
 pub(crate) fn tell(details: &[DetailedObject]) {

@@ -10,9 +10,9 @@ use harmolux::io::scene_file::SceneFile;
 use harmolux::scene::{Camera, Film};
 use harmolux::{Error, Result};
 
-use super::render::Render;
-use super::render_target::{Image, estimator_name};
-use super::say;
+use crate::common::say;
+use crate::render::Render;
+use crate::render::target::{Image, estimator_name};
 
 /// The time between checkpoints unless the scene says another.
 const EVERY: Duration = Duration::from_secs(60);

@@ -1,31 +1,37 @@
 //! `harmolux render`: a scene becomes a picture.
 
-use std::collections::HashSet;
+mod detail;
+mod foresight;
+mod keep;
+mod target;
+
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clap::Args;
 use harmolux::estimators::{
-    Ending, Estimator, ImageSettings, Keeper, Progress, Rendering, SHARE_WITHIN, Stop, Weighting,
+    Ending, Estimator, ImageSettings, Keeper, Progress, Rendering, SHARE_WITHIN, Weighting,
     render_on,
 };
 use harmolux::fit::{mesh_bytes, series_bytes};
 use harmolux::io::output::Output;
-use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile, StopSpec, split_override};
+use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile};
 use harmolux::math::Randomness;
 use harmolux::scene::{Camera, Film, Layer, Scene, Window};
-use harmolux::study::{FittedObject, Loaded, Preparation, camera, check_view, load, load_seen};
+use harmolux::study::{FittedObject, Loaded, camera, check_view, load_seen};
 use harmolux::{Error, Result};
 use serde_json::json;
 
-use super::arguments::{SceneArguments, size};
-use super::exit::Code;
-use super::fit::about;
-use super::foresight::Foresight;
-use super::progress::{self, Meter};
-use super::render_keep::{Kept, Place};
-use super::render_target::{Image, open_outputs};
-use super::{detail_report, interrupt, say};
+use self::foresight::Foresight;
+use self::keep::{Kept, Place};
+use self::target::{Image, open_outputs};
+use crate::common::exit::Code;
+use crate::common::flags::SceneArguments;
+use crate::common::inputs::about;
+use crate::common::progress::{self, Meter};
+use crate::common::scenes::{distinct, read_scene, stop, tell};
+use crate::common::surveys::code;
+use crate::common::values::size;
+use crate::common::{interrupt, say};
 
 /// Render the luminance, cd/m2, that a camera sees
 ///
@@ -108,7 +114,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let place = Place::open(verb, &outputs)?;
     let loaded = tell(load_seen(&file, Some(&camera))?);
     check_view(&file, &loaded.scene, &camera)?;
-    detail_report::tell(&loaded.details);
+    detail::tell(&loaded.details);
     let settings = settings(&file.render, &loaded.scene, &verb.common);
     interrupt::listen();
     let (film, mut kept) = place.take(&file, &camera, &settings)?;
@@ -157,77 +163,6 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
         Code::Done if rendering.unfinished.is_some() => Code::NotMet,
         code => code,
     })
-}
-
-/// Reads a scene with the overrides of the command line.
-pub(crate) fn read_scene(common: &SceneArguments) -> Result<SceneFile> {
-    let overrides: Vec<(&str, &str)> =
-        common.define.iter().map(|text| split_override(text)).collect::<Result<_>>()?;
-    SceneFile::read(&common.scene, &overrides)
-}
-
-/// Builds the scene and says what was noticed.
-pub(crate) fn load_scene(file: &SceneFile) -> Result<Loaded> {
-    Ok(tell(load(file)?))
-}
-
-/// Says what was noticed.
-fn tell(loaded: Loaded) -> Loaded {
-    for warning in &loaded.warnings {
-        say::warning(warning);
-    }
-    for FittedObject { name, fit } in distinct(&loaded.fits) {
-        say::note(&format!(
-            "fitted `{name}`: degree {}, RMS error {} of the mean radius, {:.0} ms",
-            fit.coefficients.lmax(),
-            say::percent(fit.relative_rms()),
-            1e3 * fit.projection_time.as_secs_f64()
-        ));
-    }
-    let Preparation { surfaces, patch_bytes, time } = loaded.preparation;
-    if surfaces > 0 {
-        let shapes = if surfaces == 1 { "1 shape" } else { &format!("{surfaces} shapes") };
-        say::note(&format!(
-            "prepared {shapes} for rays: {} of patches, {:.0} ms",
-            say::bytes(patch_bytes),
-            1e3 * time.as_secs_f64()
-        ));
-    }
-    loaded
-}
-
-/// Takes the stop of the scene file; a quick look takes a tenth of the walks, which is sqrt(10) times the error.
-pub(crate) fn stop(spec: StopSpec, quick: bool) -> Stop {
-    let StopSpec { relative_error, time, walks } = spec;
-    if !quick {
-        return Stop { relative_error, time, walks };
-    }
-    Stop {
-        relative_error: relative_error.map(|e| e * 10.0_f64.sqrt()),
-        time,
-        walks: walks.map(|w| w.div_ceil(10)),
-    }
-}
-
-/// Says how a run ended: a target error that was not met is told by the exit code.
-pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>, name: &str) -> Code {
-    let met = match (stop.relative_error, error) {
-        (Some(target), Some(error)) => error <= target,
-        (Some(_), None) => false,
-        (None, _) => true,
-    };
-    if let (false, Some(target)) = (met, stop.relative_error) {
-        let reached = error.map_or("unknown".to_owned(), say::percent);
-        say::warning(&format!(
-            "target not met: the {name} is {reached}, asked for {}; allow more time or walks, or relax `relative_error`",
-            say::percent(target)
-        ));
-    }
-    match ending {
-        Ending::Interrupted => Code::Interrupted,
-        _ if met => Code::Done,
-        _ => Code::NotMet,
-    }
 }
 
 fn settings(spec: &RenderSpec, scene: &Scene, common: &SceneArguments) -> ImageSettings {
@@ -325,12 +260,6 @@ fn warn(rendering: &Rendering) {
     }
 }
 
-/// Gives each fit once, under the name of the first object that has it.
-fn distinct(fits: &[FittedObject]) -> impl Iterator<Item = &FittedObject> {
-    let mut seen = HashSet::new();
-    fits.iter().filter(move |fitted| seen.insert(Arc::as_ptr(&fitted.fit)))
-}
-
 fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
     let mut lines = Vec::new();
     for FittedObject { name, fit } in distinct(fits) {
@@ -417,7 +346,7 @@ fn report_json(
     let (mean, standard_error) = film.mean();
     json!({
         "objects": objects,
-        "details": detail_report::json(&loaded.details),
+        "details": detail::json(&loaded.details),
         "patch_bytes": loaded.preparation.patch_bytes,
         "preparation_seconds": loaded.preparation.time.as_secs_f64(),
         "resolution": film.size(),

@@ -4,6 +4,7 @@ use std::io::Write;
 
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
+use glam::DVec3;
 use harmolux::Error;
 use harmolux::sh::Convention;
 
@@ -125,6 +126,12 @@ pub(crate) fn bytes(n: usize) -> String {
         grouped.push(digit);
     }
     format!("{grouped} B")
+}
+
+/// Writes a point, metres.
+pub(crate) fn point(p: DVec3) -> String {
+    let [x, y, z] = p.to_array().map(|v| significant(v, 4));
+    format!("({x}, {y}, {z}) m")
 }
 
 #[cfg(test)]

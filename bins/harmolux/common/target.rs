@@ -7,7 +7,7 @@ use harmolux::io::output::Output;
 use harmolux::io::tables::Table;
 use harmolux::plots::Figure;
 
-use super::plot::{PlotFormat, unknown_output};
+use crate::common::plot::{PlotFormat, unknown_output};
 
 /// A file to write.
 pub(crate) enum Target {

@@ -1,5 +1,7 @@
 //! `harmolux convert`: coefficients from one format to another; meshes are in `convert_mesh.rs`.
 
+mod mesh;
+
 use std::path::PathBuf;
 
 use clap::Args;
@@ -12,10 +14,11 @@ use harmolux::sh::{CondonShortley, Convention, Normalisation};
 use harmolux::{Error, Result};
 use serde_json::json;
 
-use super::arguments::{SeriesReading, formats, tolerance};
-use super::exit::Code;
-use super::info::{point, series_format};
-use super::{convert_mesh, say};
+use crate::common::exit::Code;
+use crate::common::flags::{SeriesReading, formats};
+use crate::common::inputs::series_format;
+use crate::common::say::{self, point};
+use crate::common::values::tolerance;
 
 /// Convert coefficients, or a mesh, between formats
 ///
@@ -60,7 +63,7 @@ pub(crate) struct Convert {
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Convert, as_json: bool) -> Result<Code> {
-    if let Some(done) = convert_mesh::run(verb, as_json) {
+    if let Some(done) = mesh::run(verb, as_json) {
         return done;
     }
     let format = format(verb)?;

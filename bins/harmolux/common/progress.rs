@@ -8,7 +8,7 @@ use std::time::Duration;
 use harmolux::estimators::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{interrupt, say};
+use crate::common::{interrupt, say};
 
 /// Seconds between plain lines.
 const PLAIN_EVERY: f64 = 5.0;

@@ -9,9 +9,8 @@ use harmolux::io::coefficients::ReadOptions;
 use harmolux::mesh::Mesh;
 use harmolux::study::Subject;
 
-use super::arguments::{MeshHabits, SeriesHabits};
-use super::fit::read_mesh;
-use super::info::series_format;
+use crate::common::flags::{MeshHabits, SeriesHabits};
+use crate::common::inputs::{read_mesh, series_format};
 
 /// The flags of [`SeriesHabits`].
 const SAID: [&str; 2] = ["--normalisation", "--csphase"];

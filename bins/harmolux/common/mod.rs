@@ -1,0 +1,16 @@
+//! What several verbs share.
+
+pub(crate) mod exit;
+pub(crate) mod flags;
+pub(crate) mod inputs;
+pub(crate) mod interrupt;
+pub(crate) mod plot;
+pub(crate) mod progress;
+pub(crate) mod repairs;
+pub(crate) mod say;
+pub(crate) mod scenes;
+pub(crate) mod shape_file;
+pub(crate) mod subject;
+pub(crate) mod surveys;
+pub(crate) mod target;
+pub(crate) mod values;

@@ -1,0 +1,68 @@
+//! Scenes as several verbs read them.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use harmolux::Result;
+use harmolux::estimators::Stop;
+use harmolux::io::scene_file::{SceneFile, StopSpec, split_override};
+use harmolux::study::{FittedObject, Loaded, Preparation, load};
+
+use crate::common::flags::SceneArguments;
+use crate::common::say;
+
+/// Reads a scene with the overrides of the command line.
+pub(crate) fn read_scene(common: &SceneArguments) -> Result<SceneFile> {
+    let overrides: Vec<(&str, &str)> =
+        common.define.iter().map(|text| split_override(text)).collect::<Result<_>>()?;
+    SceneFile::read(&common.scene, &overrides)
+}
+
+/// Builds the scene and says what was noticed.
+pub(crate) fn load_scene(file: &SceneFile) -> Result<Loaded> {
+    Ok(tell(load(file)?))
+}
+
+/// Says what was noticed.
+pub(crate) fn tell(loaded: Loaded) -> Loaded {
+    for warning in &loaded.warnings {
+        say::warning(warning);
+    }
+    for FittedObject { name, fit } in distinct(&loaded.fits) {
+        say::note(&format!(
+            "fitted `{name}`: degree {}, RMS error {} of the mean radius, {:.0} ms",
+            fit.coefficients.lmax(),
+            say::percent(fit.relative_rms()),
+            1e3 * fit.projection_time.as_secs_f64()
+        ));
+    }
+    let Preparation { surfaces, patch_bytes, time } = loaded.preparation;
+    if surfaces > 0 {
+        let shapes = if surfaces == 1 { "1 shape" } else { &format!("{surfaces} shapes") };
+        say::note(&format!(
+            "prepared {shapes} for rays: {} of patches, {:.0} ms",
+            say::bytes(patch_bytes),
+            1e3 * time.as_secs_f64()
+        ));
+    }
+    loaded
+}
+
+/// Takes the stop of the scene file; a quick look takes a tenth of the walks, which is sqrt(10) times the error.
+pub(crate) fn stop(spec: StopSpec, quick: bool) -> Stop {
+    let StopSpec { relative_error, time, walks } = spec;
+    if !quick {
+        return Stop { relative_error, time, walks };
+    }
+    Stop {
+        relative_error: relative_error.map(|e| e * 10.0_f64.sqrt()),
+        time,
+        walks: walks.map(|w| w.div_ceil(10)),
+    }
+}
+
+/// Gives each fit once, under the name of the first object that has it.
+pub(crate) fn distinct(fits: &[FittedObject]) -> impl Iterator<Item = &FittedObject> {
+    let mut seen = HashSet::new();
+    fits.iter().filter(move |fitted| seen.insert(Arc::as_ptr(&fitted.fit)))
+}
