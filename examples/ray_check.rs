@@ -1,8 +1,11 @@
-//! Holds the default intersector of SH surfaces to certified stepping, ray by ray, in every way of asking; `study::check_rays` states the rules.
+//! Holds the default intersector of SH surfaces to certified stepping, ray by ray, in every way of asking; `tests/common/ray_check` states the rules.
 //! One ray in a hundred is made to graze. Ends with 1, and prints the rays with all bits, if an answer breaks a rule.
 //!
 //!     cargo run --release --example ray_check                  # 10^7 rays on the head, 10^5 on each other shape
 //!     cargo run --release --example ray_check -- --rays 100000 --seed 2    # for the head; the others get at most 10^5
+
+#[path = "../tests/common/ray_check/mod.rs"]
+mod ray_check;
 
 use std::error::Error;
 use std::path::Path;
@@ -15,8 +18,8 @@ use clap::Parser;
 use glam::DVec3;
 use harmolux::fit::project_conforming;
 use harmolux::io::meshes;
-use harmolux::study::{CheckShape, RayCheck, RayCheckSettings, check_rays, check_shapes};
 use harmolux::surface::{Intersector, ShSurface};
+use ray_check::{CheckShape, RayCheck, RayCheckSettings, check_rays, check_shapes};
 
 /// Rays on each shape but the head.
 const OTHERS: u64 = 100_000;

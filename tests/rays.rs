@@ -1,6 +1,8 @@
 //! Rays and SH surfaces: the default intersector against certified stepping, and sense in every answer to every finite ray.
 
 mod common;
+#[path = "common/ray_check/mod.rs"]
+mod ray_check;
 
 use std::path::Path;
 
@@ -11,10 +13,10 @@ use harmolux::io::meshes;
 use harmolux::math::sampling::uniform_sphere;
 use harmolux::math::{Ray, unit};
 use harmolux::sh::Coefficients;
-use harmolux::study::{CheckShape, RayCheckSettings, check_rays, check_shapes};
 use harmolux::surface::{Hit, Intersector, ShSurface, StepBisection, Surface};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
+use ray_check::{CheckShape, RayCheckSettings, check_rays, check_shapes};
 
 /// The same rules and kinds of rays as in `examples/ray_check.rs`, which asks ten million.
 #[test]

@@ -7,7 +7,6 @@ mod grids;
 mod known;
 mod load;
 mod on_surface;
-mod ray_check;
 mod requirements;
 mod shared_surfaces;
 mod solids;
@@ -23,10 +22,6 @@ pub use compare::{
 pub use detail::{Detail, detail};
 pub use known::known;
 pub use load::{DetailedObject, FittedObject, Loaded, SensorGroup, camera, load, load_seen};
-pub use ray_check::{
-    CheckShape, RayCheck, RayCheckSettings, RayFault, RayQuestion, RayRule, check_rays,
-    check_shapes,
-};
 pub use requirements::{Judged, Verdict, judge};
 pub use shared_surfaces::Preparation;
 pub use sweep::{SweepRow, sweep, sweep_figure};

@@ -9,7 +9,7 @@ use std::f64::consts::FRAC_PI_4;
 use glam::DVec3;
 
 use super::rays::Draw;
-use crate::math::Ray;
+use harmolux::math::Ray;
 
 /// Cells along one side of a face: of patches and of the shell, up to degree 64. The borders of the
 /// levels above are among theirs.
@@ -105,7 +105,7 @@ fn off(x: f64, draw: &mut Draw) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{Randomness, Stream};
+    use harmolux::math::{Randomness, Stream};
 
     #[test]
     fn every_mirror_plane_has_rays_in_it_and_next_to_it() {

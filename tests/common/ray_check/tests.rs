@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::*;
-use crate::math::Aabb;
-use crate::surface::{Intersector, StepBisection};
+use harmolux::math::Aabb;
+use harmolux::surface::{Intersector, StepBisection};
 
 /// Answers as certified stepping does, but for what `spoil` makes of a hit.
 struct Spoilt<F> {
@@ -171,7 +171,7 @@ fn faults_carry_their_rays_bit_by_bit() {
 #[test]
 fn patches_hold_however_small_the_least_radius_is() {
     for small in [0.03, 1e-3, 1e-5] {
-        let mut dent = crate::sh::Coefficients::zeros(1);
+        let mut dent = harmolux::sh::Coefficients::zeros(1);
         dent.set(0, 0, 1.0, 0.0);
         dent.set(1, 0, 0.6 * (1.0 - small), 0.0);
         dent.set(1, 1, 0.8 * 2.0_f64.sqrt() * (1.0 - small), 0.0);

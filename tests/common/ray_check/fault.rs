@@ -4,8 +4,8 @@ use std::fmt;
 
 use glam::DVec3;
 
-use crate::math::Ray;
-use crate::surface::Hit;
+use harmolux::math::Ray;
+use harmolux::surface::Hit;
 
 /// Faults whose rays are kept; the others are only counted.
 pub(super) const FAULTS_KEPT: usize = 8;

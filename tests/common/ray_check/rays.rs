@@ -7,9 +7,9 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::borders::on_border;
-use crate::math::sampling::uniform_sphere;
-use crate::math::{Frame, Randomness, Ray, Stream};
-use crate::surface::{Hit, ShSurface, Surface};
+use harmolux::math::sampling::uniform_sphere;
+use harmolux::math::{Frame, Randomness, Ray, Stream};
+use harmolux::surface::{Hit, ShSurface, Surface};
 
 /// How a ray was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

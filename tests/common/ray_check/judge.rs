@@ -19,8 +19,8 @@ use glam::DVec3;
 
 use super::fault::RayRule;
 use super::rays::{RayKind, TestRay};
-use crate::math::Ray;
-use crate::surface::{Chord, Hit, RadialBody, Surface};
+use harmolux::math::Ray;
+use harmolux::surface::{Chord, Hit, RadialBody, Surface};
 
 /// Judges the answers to one ray.
 pub(super) struct Judge<'a> {

@@ -3,6 +3,12 @@
 //! `judge` holds the rules, `rays` makes the rays, `borders` those on borders of cube faces,
 //! `shapes` the bodies that are hard for an intersector, `fault` says which ray broke what.
 
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "a test and an example use their own parts"
+)]
+
 mod borders;
 mod fault;
 mod judge;
@@ -11,9 +17,9 @@ mod shapes;
 
 use rayon::prelude::*;
 
-use crate::math::Ray;
-use crate::surface::{Hit, ShSurface, Surface};
 use fault::FAULTS_KEPT;
+use harmolux::math::Ray;
+use harmolux::surface::{Hit, ShSurface, Surface};
 use judge::Judge;
 use rays::{Rays, TestRay};
 

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::Result;
-use crate::sh::{Coefficients, Grid, analysis, gaussian, power_law, range};
+use harmolux::Result;
+use harmolux::sh::{Coefficients, Grid, analysis, gaussian, power_law, range};
 
 /// A named body.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,7 +72,7 @@ fn sampled(lmax: usize, radius: impl Fn(DVec3) -> f64) -> Result<Coefficients> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sh::Bounds;
+    use harmolux::sh::Bounds;
 
     #[test]
     fn bodies_are_what_they_are_named() {
