@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 use harmolux::error::InputError;
 use harmolux::io::images::{Attribute, Exr};
@@ -15,6 +14,7 @@ use harmolux::{Error, Result};
 use serde_json::json;
 
 use crate::common::exit::Code;
+use crate::common::flags::choices;
 use crate::common::plot::{PlotFormat, unknown_output};
 use crate::common::say;
 
@@ -84,16 +84,11 @@ pub(crate) struct ScaleArguments {
     #[arg(short = 'n', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
     pub(crate) divisions: Option<u16>,
     /// The colours; all but turbo, a rainbow, get lighter in even steps
-    #[arg(long, default_value_t, value_parser = palettes())]
+    #[arg(long, default_value_t, value_parser = choices::<Palette>())]
     pub(crate) palette: Palette,
     /// Give each division one colour
     #[arg(long)]
     pub(crate) bands: bool,
-}
-
-fn palettes() -> impl TypedValueParser<Value = Palette> {
-    let names = Palette::ALL.map(Palette::name);
-    PossibleValuesParser::new(names).try_map(|name| name.parse::<Palette>())
 }
 
 /// Runs the verb.

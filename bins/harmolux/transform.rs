@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use glam::{DMat3, DQuat, DVec3};
 use harmolux::Result;
 use harmolux::fit::Shape;
@@ -13,7 +13,7 @@ use harmolux::sh::{Alignment, Axis, Filter, Recentred, Top};
 use serde_json::{Value, json};
 
 use crate::common::exit::Code;
-use crate::common::flags::SeriesReading;
+use crate::common::flags::{SeriesReading, choices};
 use crate::common::inputs::about;
 use crate::common::values::{numbers, point};
 use crate::common::{say, shape_file};
@@ -44,8 +44,8 @@ pub(crate) struct Transform {
     #[arg(long, value_name = "lanczos|heat=TIME")]
     pub(crate) filter: Option<Filter>,
     /// Mirror at the plane normal to this axis
-    #[arg(long, value_enum)]
-    pub(crate) mirror: Option<AxisName>,
+    #[arg(long, value_parser = choices::<Axis>())]
+    pub(crate) mirror: Option<Axis>,
     #[command(flatten)]
     pub(crate) turn: Turning,
     /// Multiply all lengths
@@ -82,13 +82,6 @@ pub(crate) struct Turning {
     /// Turn the principal axes of inertia to x (longest), y, z (shortest), the long tails to the positive sides
     #[arg(long, group = "turning")]
     align: bool,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum AxisName {
-    X,
-    Y,
-    Z,
 }
 
 impl Turning {
@@ -133,11 +126,7 @@ pub(crate) fn run(verb: &Transform, as_json: bool) -> Result<Code> {
         degree: verb.degree.map(|l| l as usize),
         centre: verb.recentre,
         filter: verb.filter,
-        mirror: verb.mirror.map(|name| match name {
-            AxisName::X => Axis::X,
-            AxisName::Y => Axis::Y,
-            AxisName::Z => Axis::Z,
-        }),
+        mirror: verb.mirror,
         turn: verb.turn.chosen()?,
         scale: verb.scale,
         to_origin: verb.to_origin,

@@ -3,13 +3,13 @@
 //! Ears and nostrils make a head meet some rays three times. The radius is then that of an envelope: the outermost meeting, the first, or the mean of all.
 
 use std::f64::consts::PI;
-use std::fmt;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::fit::star::seen_solid_angle;
 use crate::math::Ray;
+use crate::math::choice::choice;
 use crate::mesh::Mesh;
 use crate::sh::Grid;
 use crate::surface::{MeshSurface, Surface};
@@ -27,15 +27,11 @@ pub enum Envelope {
     Mean,
 }
 
-impl fmt::Display for Envelope {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Outermost => "outermost",
-            Self::First => "first",
-            Self::Mean => "mean",
-        })
-    }
-}
+choice!(Envelope, "envelope":
+    Outermost = "outermost" "The farthest meeting: folds are filled",
+    First = "first" "The nearest meeting: overhangs are cut away",
+    Mean = "mean" "The mean of all meetings",
+);
 
 /// Layers nearer to each other than this share of the mesh's reach count as one: far above the rounding of a meeting (1e-16 over the cosine of its
 /// angle), far below any fold that a mesh of single-precision vertices can hold.

@@ -5,6 +5,7 @@
 use glam::DVec3;
 
 use crate::math::Aabb;
+use crate::math::choice::choice;
 use crate::{Error, Result};
 
 /// Holds vertices and the triangles that join them; counter-clockwise seen from outside where the mesh is oriented.
@@ -27,6 +28,12 @@ pub enum UpAxis {
     #[default]
     Z,
 }
+
+choice!(UpAxis, "axis":
+    X = "x" "",
+    Y = "y" "",
+    Z = "z" "",
+);
 
 impl UpAxis {
     /// Turns a vector so that this axis becomes +z; a rotation, so that outside stays outside.

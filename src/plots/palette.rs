@@ -1,11 +1,8 @@
 //! Colours that stand for values.
 
-use std::fmt;
-use std::str::FromStr;
-
 use colorous::Gradient;
 
-use crate::{Error, Result};
+use crate::math::choice::choice;
 
 /// Names a row of colours from low to high; all but turbo and grey get lighter in even steps and are read by people of all kinds of colour vision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -27,31 +24,17 @@ pub enum Palette {
     Grey,
 }
 
+choice!(Palette, "palette":
+    Viridis = "viridis" "",
+    Inferno = "inferno" "",
+    Magma = "magma" "",
+    Plasma = "plasma" "",
+    Cividis = "cividis" "",
+    Turbo = "turbo" "",
+    Grey = "grey" "",
+);
+
 impl Palette {
-    /// All palettes, the default first.
-    pub const ALL: [Self; 7] = [
-        Self::Viridis,
-        Self::Inferno,
-        Self::Magma,
-        Self::Plasma,
-        Self::Cividis,
-        Self::Turbo,
-        Self::Grey,
-    ];
-
-    /// Gives the name by which it is asked for.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Viridis => "viridis",
-            Self::Inferno => "inferno",
-            Self::Magma => "magma",
-            Self::Plasma => "plasma",
-            Self::Cividis => "cividis",
-            Self::Turbo => "turbo",
-            Self::Grey => "grey",
-        }
-    }
-
     /// Gives the sRGB colour at a place from 0, low, to 1, high; places outside take that of the end.
     pub fn colour(self, place: f64) -> [u8; 3] {
         let place = if place.is_nan() { 0.0 } else { place.clamp(0.0, 1.0) };
@@ -71,23 +54,6 @@ impl Palette {
             Self::Turbo => Some(colorous::TURBO),
             Self::Grey => None,
         }
-    }
-}
-
-impl fmt::Display for Palette {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Palette {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        Self::ALL.into_iter().find(|palette| palette.name() == name).ok_or_else(|| {
-            let names = Self::ALL.map(Self::name).join(", ");
-            Error::Parameter(format!("there is no palette `{name}`: use one of {names}"))
-        })
     }
 }
 

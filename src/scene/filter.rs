@@ -5,6 +5,8 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
+use crate::math::choice::choice;
+
 /// Names a reconstruction filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Filter {
@@ -21,19 +23,13 @@ pub enum Filter {
 const DEVIATION: f64 = 0.5;
 const REACH: f64 = 1.5;
 
+choice!(Filter, "filter":
+    Box = "box" "",
+    Tent = "tent" "",
+    Gaussian = "gaussian" "",
+);
+
 impl Filter {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Box, Self::Tent, Self::Gaussian];
-
-    /// Gives the name, as scene files have it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Box => "box",
-            Self::Tent => "tent",
-            Self::Gaussian => "gaussian",
-        }
-    }
-
     /// Gives how far it reaches from the middle of a pixel, pixels, each way.
     pub const fn radius(self) -> f64 {
         match self {

@@ -4,6 +4,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use crate::math::choice::choice;
 use crate::math::{Ray, Rgb};
 
 use super::{Brdf, Camera, Filter, Scene, Vertex};
@@ -25,23 +26,14 @@ pub enum Layer {
     Albedo,
 }
 
-impl Layer {
-    /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Direct, Self::Indirect, Self::Normal, Self::Depth, Self::Id, Self::Albedo];
-
-    /// Gives the name, as scene files and pictures have it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Direct => "direct",
-            Self::Indirect => "indirect",
-            Self::Normal => "normal",
-            Self::Depth => "depth",
-            Self::Id => "id",
-            Self::Albedo => "albedo",
-        }
-    }
-}
+choice!(Layer, "layer":
+    Direct = "direct" "",
+    Indirect = "indirect" "",
+    Normal = "normal" "",
+    Depth = "depth" "",
+    Id = "id" "",
+    Albedo = "albedo" "",
+);
 
 /// Positions under the filter at which a pixel takes normal and albedo: a lattice of the unit square, the same for every pixel.
 const SAMPLES: usize = 4;

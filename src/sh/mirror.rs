@@ -1,6 +1,7 @@
 //! Reflection of a series at a coordinate plane: signs of coefficients.
 
 use super::Coefficients;
+use crate::math::choice::choice;
 
 /// Names a coordinate axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,6 +13,12 @@ pub enum Axis {
     /// z: upside down.
     Z,
 }
+
+choice!(Axis, "axis":
+    X = "x" "",
+    Y = "y" "",
+    Z = "z" "",
+);
 
 /// Reflects a function at the plane through the centre that is normal to `axis`: what was at (x, y, z) is at (-x, y, z) for x.
 ///

@@ -13,8 +13,8 @@ use super::solids::{self, Body, Solid};
 use super::warnings::{coincidences, misplaced_cameras, misplaced_sensors, overlaps};
 use crate::fit::Fit;
 use crate::io::scene_file::{
-    self, BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec,
-    ObjectSpec, PointsSpec, SceneFile, SensorSpec, ShSpec, Strength, SurfaceLayout,
+    BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
+    PointsSpec, SceneFile, SensorSpec, ShSpec, Strength, SurfaceLayout,
 };
 use crate::math::{Placement, Ray};
 use crate::scene::{Camera, Distribution, Glossy, Material, Object, PointLight, Scene, Sensor};
@@ -273,14 +273,12 @@ fn seen_detail(
 }
 
 fn intersector(spec: &ShSpec) -> Intersector {
-    let default = StepBisection::default();
     match spec.intersector {
-        scene_file::Intersector::Patches => Intersector::Patches,
-        scene_file::Intersector::Certified => Intersector::Certified,
-        scene_file::Intersector::StepBisection => Intersector::StepBisection(StepBisection {
-            step: spec.step.unwrap_or(default.step),
-            tolerance: spec.tolerance.unwrap_or(default.tolerance),
+        Intersector::StepBisection(usual) => Intersector::StepBisection(StepBisection {
+            step: spec.step.unwrap_or(usual.step),
+            tolerance: spec.tolerance.unwrap_or(usual.tolerance),
         }),
+        other => other,
     }
 }
 

@@ -24,6 +24,21 @@ pub enum Intersector {
     StepBisection(StepBisection),
 }
 
+impl Intersector {
+    /// Their names in scene files.
+    pub const NAMES: &'static [&'static str] = &["patches", "certified", "step-bisection"];
+
+    /// Returns the intersector of a name, with the usual settings.
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "patches" => Some(Self::Patches),
+            "certified" => Some(Self::Certified),
+            "step-bisection" => Some(Self::StepBisection(StepBisection::default())),
+            _ => None,
+        }
+    }
+}
+
 /// What answers rays: the patches, or a way of stepping on the series itself.
 #[derive(Debug, Clone)]
 enum Tracer {

@@ -1,10 +1,14 @@
 //! Flags that several verbs have in common.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use harmolux::Error;
 use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
+use harmolux::math::{Choice, Unit};
+use harmolux::mesh::UpAxis;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
 use crate::common::repairs::Repairs;
@@ -29,46 +33,13 @@ pub(crate) struct SceneArguments {
 #[derive(Debug, Args)]
 pub(crate) struct MeshHabits {
     /// The unit of the mesh file
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) unit: UnitName,
+    #[arg(long, default_value_t, value_parser = choices::<Unit>())]
+    pub(crate) unit: Unit,
     /// The axis of the mesh file that points up
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) up: UpName,
+    #[arg(long, default_value_t, value_parser = choices::<UpAxis>())]
+    pub(crate) up: UpAxis,
     #[command(flatten)]
     pub(crate) repairs: Repairs,
-}
-
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-pub(crate) enum UnitName {
-    Km,
-    #[default]
-    M,
-    Cm,
-    Mm,
-    Um,
-    In,
-}
-
-impl UnitName {
-    /// Gives the length of the unit, metres.
-    pub(crate) const fn metres(self) -> f64 {
-        match self {
-            Self::Km => 1000.0,
-            Self::M => 1.0,
-            Self::Cm => 0.01,
-            Self::Mm => 0.001,
-            Self::Um => 1e-6,
-            Self::In => 0.0254,
-        }
-    }
-}
-
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-pub(crate) enum UpName {
-    X,
-    Y,
-    #[default]
-    Z,
 }
 
 /// How a coefficient file that does not say it is meant
@@ -99,8 +70,8 @@ pub(crate) struct SeriesReading {
     #[command(flatten)]
     pub(crate) habits: SeriesHabits,
     /// The unit of a coefficient file that does not state it [default: m]
-    #[arg(long, value_enum)]
-    pub(crate) unit: Option<UnitName>,
+    #[arg(long, value_parser = choices::<Unit>())]
+    pub(crate) unit: Option<Unit>,
     /// The row of a table that holds several shapes, counted from 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) row: Option<u32>,
@@ -112,10 +83,21 @@ impl SeriesReading {
         ReadOptions {
             format: self.from,
             convention: self.habits.convention(),
-            unit: self.unit.map(UnitName::metres),
+            unit: self.unit.map(Unit::metres),
             row: self.row.map(|row| row as usize),
         }
     }
+}
+
+/// Reads the name of a choice.
+pub(crate) fn choices<T: Choice + FromStr<Err = Error> + Send + Sync>()
+-> impl TypedValueParser<Value = T> {
+    let values = T::NAMES.iter().zip(T::MEANINGS);
+    let values = values.map(|(name, meaning)| {
+        let value = PossibleValue::new(*name);
+        if meaning.is_empty() { value } else { value.help(*meaning) }
+    });
+    PossibleValuesParser::new(values).try_map(|name| name.parse::<T>())
 }
 
 /// Reads the name of a format of coefficients.

@@ -5,10 +5,10 @@ use std::path::Path;
 use harmolux::fit::Source;
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat};
 use harmolux::io::{meshes, points};
-use harmolux::mesh::{Mesh, Points, RepairReport, UpAxis};
+use harmolux::mesh::{Mesh, Points, RepairReport};
 use harmolux::{Error, Result};
 
-use crate::common::flags::{MeshHabits, UpName};
+use crate::common::flags::MeshHabits;
 
 /// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
 pub(crate) fn read_mesh(path: &Path, habits: &MeshHabits) -> Result<Mesh> {
@@ -20,23 +20,15 @@ pub(crate) fn read_and_repair(
     path: &Path,
     habits: &MeshHabits,
 ) -> Result<(Mesh, Option<RepairReport>)> {
-    let mesh = meshes::read(path)?.with_up(up(habits)).scaled(habits.unit.metres())?;
+    let mesh = meshes::read(path)?.with_up(habits.up).scaled(habits.unit.metres())?;
     habits.repairs.apply(path, mesh)
 }
 
 /// Reads a point file and turns it to metres, z up.
 pub(crate) fn read_points(path: &Path, habits: &MeshHabits) -> Result<Points> {
     let mut cloud = points::read(path)?;
-    cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * up(habits).to_z(*p));
+    cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * habits.up.to_z(*p));
     Ok(cloud)
-}
-
-fn up(habits: &MeshHabits) -> UpAxis {
-    match habits.up {
-        UpName::X => UpAxis::X,
-        UpName::Y => UpAxis::Y,
-        UpName::Z => UpAxis::Z,
-    }
 }
 
 /// Names a file by its name and content.

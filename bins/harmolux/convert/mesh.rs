@@ -3,11 +3,11 @@
 use harmolux::io::coefficients;
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::io::output::Output;
+use harmolux::math::Unit;
 use harmolux::{Error, Result};
 use serde_json::json;
 
 use crate::common::exit::Code;
-use crate::common::flags::UnitName;
 use crate::common::inputs::series_format;
 use crate::common::say;
 use crate::convert::Convert;
@@ -33,7 +33,7 @@ fn convert(verb: &Convert, as_json: bool) -> Result<Code> {
     }
     drop(bytes);
     let mesh = meshes::read(&verb.input)?;
-    let mesh = mesh.scaled(verb.reading.unit.map_or(1.0, UnitName::metres))?;
+    let mesh = mesh.scaled(verb.reading.unit.map_or(1.0, Unit::metres))?;
     let bytes = meshes::encode(&mesh, format)?;
     output.write(&bytes)?;
     let [vertices, faces] = [mesh.positions().len(), mesh.triangles().len()];

@@ -17,7 +17,7 @@ use harmolux::io::points;
 use harmolux::sh::Filter;
 
 use crate::common::exit::Code;
-use crate::common::flags::MeshHabits;
+use crate::common::flags::{MeshHabits, choices};
 use crate::common::inputs::{about, read_mesh, read_points, source};
 use crate::common::shape_file::{self, ShapeFile};
 use crate::common::values::{point, tolerance};
@@ -59,8 +59,8 @@ pub(crate) struct Fit {
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub(crate) centre: Option<DVec3>,
     /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets it more than once
-    #[arg(long, value_enum, value_name = "ENVELOPE")]
-    pub(crate) not_star: Option<EnvelopeName>,
+    #[arg(long, value_name = "ENVELOPE", value_parser = choices::<Envelope>())]
+    pub(crate) not_star: Option<Envelope>,
     /// The largest share of such rays that is accepted, per cent of the solid angle
     #[arg(long, value_name = "PERCENT", default_value_t = 5.0, requires = "not_star", value_parser = percentage)]
     pub(crate) not_star_limit: f64,
@@ -86,16 +86,6 @@ pub(crate) enum ProjectionName {
     Grid,
     /// Weighted least squares over points, or the vertices of a mesh
     LeastSquares,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum EnvelopeName {
-    /// The farthest meeting: folds are filled
-    Outermost,
-    /// The nearest meeting: overhangs are cut away
-    First,
-    /// The mean of all meetings
-    Mean,
 }
 
 /// What was fitted.
@@ -145,12 +135,8 @@ fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
         ProjectionName::Grid => Projection::Grid { oversampling: verb.oversampling as usize },
         ProjectionName::LeastSquares => Projection::LeastSquares { lambda: verb.lambda },
     };
-    let envelope = verb.not_star.map(|name| match name {
-        EnvelopeName::Outermost => Envelope::Outermost,
-        EnvelopeName::First => Envelope::First,
-        EnvelopeName::Mean => Envelope::Mean,
-    });
-    let not_star = envelope.map(|envelope| NotStar { envelope, limit: 0.01 * verb.not_star_limit });
+    let not_star =
+        verb.not_star.map(|envelope| NotStar { envelope, limit: 0.01 * verb.not_star_limit });
     let usual = FitSettings::of_degree(verb.degree as usize);
     FitSettings { projection, centre: verb.centre, not_star, filter: verb.filter, ..usual }
 }

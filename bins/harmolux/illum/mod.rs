@@ -7,7 +7,7 @@ mod target;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use harmolux::estimators::{Ending, Estimator, GroupSummary, Stop, Survey, illuminance};
 use harmolux::io::scene_file::{IllumEstimator, RequireSpec, SceneFile, SensorSpec, StopSpec};
 use harmolux::io::tables::{Cell, Table};
@@ -18,7 +18,7 @@ use harmolux::{Error, Result};
 use self::map::MapTarget;
 use self::target::IllumTarget;
 use crate::common::exit::Code;
-use crate::common::flags::SceneArguments;
+use crate::common::flags::{SceneArguments, choices};
 use crate::common::inputs::about;
 use crate::common::plot::{self, PlotFormat};
 use crate::common::progress::Meter;
@@ -58,32 +58,8 @@ pub(crate) struct Illum {
     #[arg(long)]
     pub(crate) plot: bool,
     /// Take this estimator in place of the scene's
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub(crate) estimator: Option<EstimatorName>,
-}
-
-/// The estimators of illuminance by their names in scene files
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum EstimatorName {
-    /// The local estimate: one walk of light serves all sensors
-    Local,
-    /// Backward path tracing, the reference
-    Path,
-    /// Patches that exchange light: no statistical error, and none is claimed
-    Radiosity,
-    /// Photons counted on a disc about each sensor: direct simulation
-    Photon,
-}
-
-impl From<EstimatorName> for IllumEstimator {
-    fn from(name: EstimatorName) -> Self {
-        match name {
-            EstimatorName::Local => Self::Local,
-            EstimatorName::Path => Self::Path,
-            EstimatorName::Radiosity => Self::Radiosity,
-            EstimatorName::Photon => Self::Photon,
-        }
-    }
+    #[arg(long, value_name = "NAME", value_parser = choices::<IllumEstimator>())]
+    pub(crate) estimator: Option<IllumEstimator>,
 }
 
 /// Runs the verb.
@@ -94,7 +70,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
         ));
     }
     let mut file = read_scene(&verb.common)?;
-    file.illum.estimator = verb.estimator.map_or(file.illum.estimator, Into::into);
+    file.illum.estimator = verb.estimator.unwrap_or(file.illum.estimator);
     let mut table = columns();
     check_plots(verb, &file)?;
     let (maps, others): (Vec<_>, Vec<_>) = verb.output.iter().partition(|path| map::is_map(path));

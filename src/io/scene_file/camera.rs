@@ -1,10 +1,10 @@
 //! `[cameras.NAME.TYPE]`: where pictures are taken from.
 
 use glam::DVec3;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use super::source::Entry;
-use super::values::{Named, Opening, Size, Turn, named, number, number_if};
+use super::values::{Opening, Size, Turn, choice, number, number_if};
 use super::vectors::{columns_rows, direction_if, point, point_if};
 use crate::Result;
 use crate::scene::FisheyeMapping;
@@ -92,7 +92,7 @@ pub struct FisheyeSpec {
     #[serde(default = "half_of_all", deserialize_with = "number::<Turn, _>")]
     pub fov: f64,
     /// How angles become distances.
-    #[serde(default, deserialize_with = "mapping")]
+    #[serde(default, deserialize_with = "choice")]
     pub mapping: FisheyeMapping,
     /// Columns and rows of pixels; the circle has the smaller of them for its diameter.
     #[serde(deserialize_with = "columns_rows")]
@@ -135,17 +135,6 @@ impl PanoramaSpec {
 
 fn half_of_all() -> f64 {
     180.0
-}
-
-fn mapping<'de, D: Deserializer<'de>>(d: D) -> std::result::Result<FisheyeMapping, D::Error> {
-    const NAMES: &[&str] = &["equidistant", "equisolid", "orthographic", "stereographic"];
-    named(d, &FisheyeMapping::ALL, NAMES)
-}
-
-impl Named for FisheyeMapping {
-    fn name(self) -> &'static str {
-        Self::name(self)
-    }
 }
 
 impl CameraSpec {

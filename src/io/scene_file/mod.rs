@@ -37,11 +37,11 @@ pub use compare::{CompareSpec, ExactProblem};
 pub use light::{DistributionSpec, LightSpec, Strength};
 pub use material::{CoatedSpec, LambertSpec, MaterialSpec, MetalSpec, MirrorSpec, MixtureSpec};
 pub use object::{
-    BoxFace, BoxSpec, DiscSpec, FileRef, Intersector, MeshSpec, ObjectSpec, PlaneSpec,
-    RectangleSpec, ShSpec, SphereSpec,
+    BoxFace, BoxSpec, DiscSpec, FileRef, MeshSpec, ObjectSpec, PlaneSpec, RectangleSpec, ShSpec,
+    SphereSpec,
 };
 pub use overrides::split_override;
-pub use placement::{PlacementSpec, Rotation, Unit, Up};
+pub use placement::{PlacementSpec, Rotation};
 pub use require::{Limit, Quantity, RequireSpec};
 pub use sensor::{GridLayout, GridPlace, GridSpec, LineLayout, LineSpec, PointsSpec, SensorSpec};
 pub use source::Source;

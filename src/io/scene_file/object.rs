@@ -4,14 +4,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-use super::placement::{PlacementSpec, Rotation, Unit, Up};
+use super::placement::{PlacementSpec, Rotation};
 use super::source::Entry;
 use super::task::DetailSpec;
-use super::values::{Above0, Part, Size, number, number_if, table, table_if, whole, word};
+use super::values::{Above0, Part, Size, choice, number, number_if, table, table_if, whole};
 use super::vectors::{direction, point, point_if};
 use crate::Result;
+use crate::math::Unit;
+use crate::mesh::UpAxis;
+use crate::surface::Intersector;
 
 /// Describes a shape and what it is made of.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -282,11 +286,11 @@ pub struct MeshSpec {
     #[serde(default, deserialize_with = "table")]
     pub rotate: Rotation,
     /// The unit of the file's numbers.
-    #[serde(default, deserialize_with = "word")]
+    #[serde(default, deserialize_with = "choice")]
     pub unit: Unit,
     /// The axis of the file that points up.
-    #[serde(default, deserialize_with = "word")]
-    pub up: Up,
+    #[serde(default, deserialize_with = "choice")]
+    pub up: UpAxis,
     /// Whether normals are interpolated between vertices for shading.
     #[serde(default)]
     pub smooth: bool,
@@ -321,16 +325,16 @@ pub struct ShSpec {
     #[serde(default, deserialize_with = "table")]
     pub rotate: Rotation,
     /// The unit of the file's numbers.
-    #[serde(default, deserialize_with = "word")]
+    #[serde(default, deserialize_with = "choice")]
     pub unit: Unit,
     /// The axis of the file that points up.
-    #[serde(default, deserialize_with = "word")]
-    pub up: Up,
+    #[serde(default, deserialize_with = "choice")]
+    pub up: UpAxis,
     /// The expansion centre in the file's own coordinates; chosen on load when left out.
     #[serde(default, deserialize_with = "point_if")]
     pub centre: Option<DVec3>,
     /// How rays are met.
-    #[serde(default, deserialize_with = "word")]
+    #[serde(default, deserialize_with = "intersector")]
     pub intersector: Intersector,
     /// The step of [`Intersector::StepBisection`], in units of the largest radius, above 0; only there.
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
@@ -356,7 +360,7 @@ impl ShSpec {
         let settings = [("step", self.step), ("tolerance", self.tolerance)];
         let given = settings.into_iter().find(|(_, value)| value.is_some());
         match given {
-            Some((key, _)) if self.intersector != Intersector::StepBisection => {
+            Some((key, _)) if !matches!(self.intersector, Intersector::StepBisection(_)) => {
                 let message = format!(
                     "`{key}` means nothing to this intersector, which steps by its own bounds"
                 );
@@ -368,17 +372,10 @@ impl ShSpec {
     }
 }
 
-/// Chooses how rays meet a spherical-harmonic surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Intersector {
-    /// Patches with certified error bounds.
-    #[default]
-    Patches,
-    /// Steps on the series itself that provably skip no root.
-    Certified,
-    /// Equal steps, then bisection, as in the paper; can miss thin lobes.
-    StepBisection,
+/// Reads how rays are met.
+fn intersector<'de, D: Deserializer<'de>>(d: D) -> std::result::Result<Intersector, D::Error> {
+    let word = String::deserialize(d)?;
+    Intersector::named(&word).ok_or_else(|| D::Error::unknown_variant(&word, Intersector::NAMES))
 }
 
 const fn one() -> f64 {

@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 use serde::Deserialize;
 
 use crate::Result;
-use crate::math::Placement;
+use crate::math::{Placement, Unit};
 use crate::mesh::UpAxis;
 
 use super::values::{Any, Inline, number};
@@ -22,7 +22,7 @@ pub struct PlacementSpec {
     /// The unit of the file's numbers.
     pub unit: Unit,
     /// The axis of the file that becomes z.
-    pub up: Up,
+    pub up: UpAxis,
 }
 
 impl PlacementSpec {
@@ -70,59 +70,6 @@ impl Rotation {
     }
 }
 
-/// Names the unit of a file's numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-pub enum Unit {
-    /// Metres.
-    #[default]
-    #[serde(rename = "m")]
-    Metre,
-    /// Centimetres.
-    #[serde(rename = "cm")]
-    Centimetre,
-    /// Millimetres.
-    #[serde(rename = "mm")]
-    Millimetre,
-    /// Inches.
-    #[serde(rename = "in")]
-    Inch,
-}
-
-impl Unit {
-    /// Gives the length of the unit, metres.
-    pub const fn metres(self) -> f64 {
-        match self {
-            Self::Metre => 1.0,
-            Self::Centimetre => 0.01,
-            Self::Millimetre => 0.001,
-            Self::Inch => 0.0254,
-        }
-    }
-}
-
-/// Names the axis of a file that points up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Up {
-    /// As here.
-    #[default]
-    Z,
-    /// As in most modelling programs.
-    Y,
-    /// x points up.
-    X,
-}
-
-impl From<Up> for UpAxis {
-    fn from(up: Up) -> Self {
-        match up {
-            Up::Z => Self::Z,
-            Up::Y => Self::Y,
-            Up::X => Self::X,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,8 +77,13 @@ mod tests {
     #[test]
     fn unit_and_up_come_before_scale_rotation_and_position() {
         let rotate = Rotation { axis: DVec3::Z, degrees: 90.0 };
-        let spec =
-            PlacementSpec { at: DVec3::X, scale: 2.0, rotate, unit: Unit::Millimetre, up: Up::Y };
+        let spec = PlacementSpec {
+            at: DVec3::X,
+            scale: 2.0,
+            rotate,
+            unit: Unit::Millimetre,
+            up: UpAxis::Y,
+        };
         // (0, 0, 1) of a y-up file is -y here, and a quarter turn later +x; sine and cosine of 90 degrees round to 1e-16.
         let found = spec.about(DVec3::ZERO).expect("valid").apply(DVec3::Z);
         assert!((found - DVec3::new(1.002, 0.0, 0.0)).length() <= 1e-15);

@@ -5,10 +5,11 @@ use std::time::Duration;
 use serde::{Deserialize, Deserializer};
 
 use super::values::{
-    Above0, AtLeast0, HalfTurn, Inline, Named, Part, Size, count_if, named, number, number_if,
-    refusal, table, table_if, time_if, whole, word,
+    Above0, AtLeast0, HalfTurn, Inline, Part, Size, choice, count_if, number, number_if, refusal,
+    table, table_if, time_if, whole,
 };
 use super::vectors::pixels;
+use crate::math::choice::choice as choices;
 use crate::scene::{Filter, Layer, Window};
 
 /// Describes how a picture is made.
@@ -16,7 +17,7 @@ use crate::scene::{Filter, Layer, Window};
 #[serde(default, deny_unknown_fields)]
 pub struct RenderSpec {
     /// The estimator of luminance.
-    #[serde(deserialize_with = "word")]
+    #[serde(deserialize_with = "choice")]
     pub estimator: RenderEstimator,
     /// The name of the camera; may be left out when there is one.
     pub camera: Option<String>,
@@ -24,7 +25,7 @@ pub struct RenderSpec {
     #[serde(deserialize_with = "crop_if")]
     pub crop: Option<Window>,
     /// How samples weigh in a pixel.
-    #[serde(deserialize_with = "filter")]
+    #[serde(deserialize_with = "choice")]
     pub filter: Filter,
     /// The layers of an EXR picture beside luminance and its standard error; when left out all.
     #[serde(deserialize_with = "layers_if")]
@@ -56,10 +57,6 @@ fn crop_if<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Window>, D::Error> 
     Window::new([x0, y0], [x1, y1]).map(Some).map_err(none)
 }
 
-fn filter<'de, D: Deserializer<'de>>(d: D) -> Result<Filter, D::Error> {
-    named(d, &Filter::ALL, &["box", "tent", "gaussian"])
-}
-
 /// Reads words of layers.
 fn layers_if<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Vec<Layer>>, D::Error> {
     let words = Vec::<LayerWord>::deserialize(d)?;
@@ -71,26 +68,12 @@ struct LayerWord(Layer);
 
 impl<'de> Deserialize<'de> for LayerWord {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        const NAMES: &[&str] = &["direct", "indirect", "normal", "depth", "id", "albedo"];
-        named(d, &Layer::ALL, NAMES).map(Self)
-    }
-}
-
-impl Named for Layer {
-    fn name(self) -> &'static str {
-        Self::name(self)
-    }
-}
-
-impl Named for Filter {
-    fn name(self) -> &'static str {
-        Self::name(self)
+        choice(d).map(Self)
     }
 }
 
 /// Names an estimator of luminance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RenderEstimator {
     /// The double local estimate: strategies A and B and hits of emitters combined.
     #[default]
@@ -103,12 +86,19 @@ pub enum RenderEstimator {
     Path,
 }
 
+choices!(RenderEstimator, "estimator of luminance":
+    DoubleLocal = "double-local" "",
+    DoubleLocalA = "double-local-a" "",
+    DoubleLocalB = "double-local-b" "",
+    Path = "path" "",
+);
+
 /// Describes how illuminance at sensors is computed.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct IllumSpec {
     /// The estimator of illuminance.
-    #[serde(deserialize_with = "word")]
+    #[serde(deserialize_with = "choice")]
     pub estimator: IllumEstimator,
     /// The seed of the random numbers.
     #[serde(deserialize_with = "whole::<0, { u64::MAX }, _, _>")]
@@ -130,8 +120,7 @@ fn patches_if<'de, D: Deserializer<'de>>(d: D) -> Result<Option<usize>, D::Error
 }
 
 /// Names an estimator of illuminance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum IllumEstimator {
     /// The local estimate.
     #[default]
@@ -143,6 +132,13 @@ pub enum IllumEstimator {
     /// Photons counted on discs.
     Photon,
 }
+
+choices!(IllumEstimator, "estimator of illuminance":
+    Local = "local" "The local estimate: one walk of light serves all sensors",
+    Path = "path" "Backward path tracing, the reference",
+    Radiosity = "radiosity" "Patches that exchange light: no statistical error, and none is claimed",
+    Photon = "photon" "Photons counted on a disc about each sensor: direct simulation",
+);
 
 /// Says by how much the truncation of an SH object to a lower degree may show in a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]

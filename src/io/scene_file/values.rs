@@ -11,6 +11,8 @@ use std::time::Duration;
 use serde::de::value::{MapAccessDeserializer, StringDeserializer};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 
+use crate::math::Choice;
+
 /// Says which numbers a key takes.
 pub(super) trait Range {
     /// Completes "must be".
@@ -238,21 +240,10 @@ pub(super) fn word<'de, T: Deserialize<'de>, D: Deserializer<'de>>(d: D) -> Resu
     T::deserialize(StringDeserializer::new(String::deserialize(d)?))
 }
 
-/// Says how a value is called in scene files.
-pub(super) trait Named: Copy {
-    /// Gives the word.
-    fn name(self) -> &'static str;
-}
-
-/// Reads the word of one of `all`, whose names are `names`.
-pub(super) fn named<'de, T: Named, D: Deserializer<'de>>(
-    d: D,
-    all: &[T],
-    names: &'static [&'static str],
-) -> Result<T, D::Error> {
+/// Reads the name of a choice.
+pub(super) fn choice<'de, T: Choice, D: Deserializer<'de>>(d: D) -> Result<T, D::Error> {
     let word = String::deserialize(d)?;
-    let found = all.iter().find(|one| one.name() == word);
-    found.copied().ok_or_else(|| D::Error::unknown_variant(&word, names))
+    T::named(&word).ok_or_else(|| D::Error::unknown_variant(&word, T::NAMES))
 }
 
 /// Reads a time: "10m", "90s", "1.5h", or a number of seconds.

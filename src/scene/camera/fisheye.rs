@@ -1,5 +1,6 @@
 //! The fisheye: a circle in the middle of the picture, as large as fits, in which the distance from the middle tells the angle from the view.
 
+use crate::math::choice::choice;
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
@@ -20,21 +21,14 @@ pub enum FisheyeMapping {
     Stereographic,
 }
 
+choice!(FisheyeMapping, "mapping":
+    Equidistant = "equidistant" "",
+    Equisolid = "equisolid" "",
+    Orthographic = "orthographic" "",
+    Stereographic = "stereographic" "",
+);
+
 impl FisheyeMapping {
-    /// All of them.
-    pub const ALL: [Self; 4] =
-        [Self::Equidistant, Self::Equisolid, Self::Orthographic, Self::Stereographic];
-
-    /// Gives the name, as scene files have it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Equidistant => "equidistant",
-            Self::Equisolid => "equisolid",
-            Self::Orthographic => "orthographic",
-            Self::Stereographic => "stereographic",
-        }
-    }
-
     /// Tells whether a picture can open by the whole angle `fov`, radians.
     pub fn opens(self, fov: f64) -> bool {
         fov > 0.0

@@ -3,11 +3,7 @@
 //! `judge` holds the rules, `rays` makes the rays, `borders` those on borders of cube faces,
 //! `shapes` the bodies that are hard for an intersector, `fault` says which ray broke what.
 
-#![allow(
-    dead_code,
-    unreachable_pub,
-    reason = "a test and an example use their own parts"
-)]
+#![allow(dead_code, unreachable_pub, reason = "a test and an example use their own parts")]
 
 mod borders;
 mod fault;

@@ -2,6 +2,9 @@
 
 mod messages;
 
+use crate::math::Unit;
+use crate::mesh::UpAxis;
+use crate::surface::{Intersector, StepBisection};
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -185,11 +188,12 @@ fn shapes_are_read_as_written() {
     let ObjectSpec::Mesh(twin) = &scene.objects["twin"] else { panic!("a mesh") };
     assert_eq!(twin.file.written, Path::new("head.obj"));
     assert_eq!(twin.file.resolved, Path::new("dir/head.obj"));
-    assert_eq!((twin.unit, twin.up, twin.scale), (Unit::Millimetre, Up::Y, 1.0));
+    assert_eq!((twin.unit, twin.up, twin.scale), (Unit::Millimetre, UpAxis::Y, 1.0));
     let ObjectSpec::Sh(head) = &scene.objects["the head"] else { panic!("coefficients") };
     assert_eq!(head.file.resolved, Path::new("/abs/head.csv"));
     assert_eq!((head.degree, head.centre), (8, Some(DVec3::new(0.0, 0.0, 0.01))));
-    assert_eq!((head.intersector, head.step), (Intersector::StepBisection, Some(0.01)));
+    let march = Intersector::StepBisection(StepBisection::default());
+    assert_eq!((head.intersector, head.step), (march, Some(0.01)));
     assert_eq!(head.rotate, Rotation { axis: DVec3::Z, degrees: 90.0 });
     let ObjectSpec::Disc(lid) = &scene.objects["lid"] else { panic!("a disc") };
     assert_eq!(lid.normal, DVec3::Z);
