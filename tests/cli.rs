@@ -122,9 +122,11 @@ fn json_report_of_a_render_has_the_same_numbers() {
     assert!((rms - 0.005_19).abs() <= 0.000_005, "{rms}");
     assert_eq!(report["resolution"], serde_json::json!([16, 12]));
     assert_eq!((&report["walks_per_pixel"], &report["replicates"]), (&64.into(), &2.into()));
-    assert_eq!((&report["ending"], &report["spoilt_samples"]), (&"walks".into(), &0.into()));
+    assert_eq!((&report["ending"], &report["non_finite_samples"]), (&"walks".into(), &0.into()));
     assert_eq!(report["written"], serde_json::json!(["head_room.png", "head_room.exr"]));
-    for name in ["mean_luminance", "mean_luminance_stderr", "median_relative_error", "seconds"] {
+    for name in
+        ["mean_luminance", "mean_luminance_standard_error", "median_relative_error", "seconds"]
+    {
         assert!(report[name].as_f64().is_some_and(|x| x > 0.0), "{name}: {report}");
     }
 }
@@ -203,7 +205,7 @@ fn illum_prints_a_table_for_each_group_and_writes_csv() {
         lines.next(),
         Some(
             "group,x_m,y_m,z_m,normal_x,normal_y,normal_z,illuminance_lx,half_width_95_lx,\
-             standard_error_lx,direct_lx,spoilt_samples,exact_lx,deviation_in_standard_errors,behind"
+             standard_error_lx,direct_lx,non_finite_samples,exact_lx,deviation_in_standard_errors,behind"
         )
     );
     let groups: Vec<&str> = lines.filter_map(|l| l.split(',').next()).collect();

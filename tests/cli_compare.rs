@@ -146,7 +146,7 @@ fn meshes_are_made_in_each_way_and_stand_for_the_coefficients() {
     for (file, way, faces) in ways {
         let made = desk.json([&["mesh", "bumpy.txt", "-o", file], way].concat());
         assert!(faces == 0 || made["faces"] == faces, "{made}");
-        let (error, bound) = (number(&made, "chord_error_m"), number(&made, "chord_error_bound_m"));
+        let (error, bound) = (number(&made, "chord_error"), number(&made, "chord_error_bound"));
         assert!(error <= bound && (faces > 0 || error <= 5e-3), "{made}");
         let info = desk.json(["info", file]);
         assert_eq!(info["faces"], made["faces"]);

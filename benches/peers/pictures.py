@@ -76,7 +76,7 @@ class Harmolux:
             raise SystemExit(f"{' '.join(command)}\n{done.stderr}")
         layers = channels(out)
         report = json.loads(done.stdout)
-        return report["seconds"], inner(layers["luminance.Y"], self.options), inner(layers["stderr.Y"], self.options), report["mean_luminance_stderr"] / report["mean_luminance"]
+        return report["seconds"], inner(layers["luminance.Y"], self.options), inner(layers["stderr.Y"], self.options), report["mean_luminance_standard_error"] / report["mean_luminance"]
 
 
 class Mitsuba:

@@ -119,10 +119,10 @@ fn value(verb: &Mesh, made: &Tessellation, volume: f64) -> Value {
     json!({
         "vertices": made.mesh.positions().len(),
         "faces": made.mesh.triangles().len(),
-        "chord_error_m": made.chord_error.measured,
-        "chord_error_bound_m": made.chord_error.bound,
-        "volume_m3": made.mesh.volume(),
-        "series_volume_m3": volume,
+        "chord_error": made.chord_error.measured,
+        "chord_error_bound": made.chord_error.bound,
+        "volume": made.mesh.volume(),
+        "series_volume": volume,
         "written": verb.output,
     })
 }

@@ -153,7 +153,7 @@ fn read_stdin() -> Result<Vec<(glam::DVec3, glam::DVec3)>> {
 fn table(results: &[Measured], behind: &[Option<String>], unit: &str) -> Table {
     let names = ["value", "half_width_95", "standard_error", "direct"];
     let header = names.map(|name| format!("{name}_{unit}"));
-    let more = ["spoilt_samples", "behind"].map(str::to_owned);
+    let more = ["non_finite_samples", "behind"].map(str::to_owned);
     let mut table = Table::new(header.into_iter().chain(more));
     for (r, behind) in results.iter().zip(behind) {
         let numbers =

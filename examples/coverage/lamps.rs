@@ -80,6 +80,9 @@ fn mesh(radius: f64) -> Result<MeshSurface> {
     MeshSurface::new(Mesh::new(moved, mesh.triangles().to_vec())?)
 }
 
+/// A problem that paths do not solve: they find nothing small from afar.
+pub(super) const AT_THE_ORIGIN: &str = "disc at the origin";
+
 /// A disc through the origin that a lamp 10 cm above it lights, seen from 6 m above.
 fn at_the_origin() -> Result<Problem> {
     let disc = Disc::new(DVec3::ZERO, DVec3::Z, 2.0)?;
@@ -88,7 +91,9 @@ fn at_the_origin() -> Result<Problem> {
     let lamp = PointLight { distribution, ..PointLight::isotropic("lamp", at, Rgb::WHITE) };
     let sensors = [0.1, 0.5].map(|x| Sensor::plane(DVec3::new(x, 0.0, 6.0), DVec3::NEG_Z));
     let scene = Scene::new(vec![Object::new("disc", disc, grey(0.5)?)], vec![lamp])?;
-    long_run("disc at the origin".to_owned(), scene, sensors.to_vec())
+    // Of 64 hits a replicate has none or one far out: of 2048 walks the intervals hold 91 %.
+    let stop = Stop { walks: Some(8192), ..FIXED };
+    Ok(Problem { stop, ..long_run(AT_THE_ORIGIN.to_owned(), scene, sensors.to_vec())? })
 }
 
 fn long_run(name: String, scene: Scene, sensors: Vec<Sensor>) -> Result<Problem> {

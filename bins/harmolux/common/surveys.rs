@@ -159,7 +159,7 @@ fn unbounded(survey: &Survey) -> Option<String> {
 
 /// Says how many samples were not finite, if any.
 fn spoilt(survey: &Survey) -> Option<String> {
-    let spoilt = spoilt_samples(survey);
+    let spoilt = non_finite_samples(survey);
     (spoilt > 0).then(|| {
         let (samples, they) =
             if spoilt == 1 { ("sample was", "it is") } else { ("samples were", "they are") };
@@ -167,7 +167,7 @@ fn spoilt(survey: &Survey) -> Option<String> {
     })
 }
 
-pub(crate) fn spoilt_samples(survey: &Survey) -> u64 {
+pub(crate) fn non_finite_samples(survey: &Survey) -> u64 {
     survey.results.iter().map(|r| r.spoilt).sum()
 }
 

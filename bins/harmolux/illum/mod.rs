@@ -247,7 +247,7 @@ fn groups<'a>(
 }
 
 fn columns() -> Table {
-    let known = ["spoilt_samples", "exact_lx", "deviation_in_standard_errors", "behind"];
+    let known = ["non_finite_samples", "exact_lx", "deviation_in_standard_errors", "behind"];
     Table::new(["group"].into_iter().chain(target::COLUMNS).chain(known))
 }
 

@@ -12,7 +12,7 @@ use harmolux::{Error, Result};
 use serde_json::{Value, json};
 
 use crate::common::say;
-use crate::common::surveys::{half_width, spoilt_samples};
+use crate::common::surveys::{half_width, non_finite_samples};
 use crate::illum::Group;
 
 /// Prints the values of a group, what they come to, and whether that is enough.
@@ -192,7 +192,7 @@ pub(crate) fn json(table: &Table, groups: &[Group], survey: &Survey) -> Result<S
         })
     });
     report["seconds"] = survey.elapsed.as_secs_f64().into();
-    report["spoilt_samples"] = spoilt_samples(survey).into();
+    report["non_finite_samples"] = non_finite_samples(survey).into();
     report["escaped_share"] = survey.escaped.into();
     report["caustic_share"] = survey.caustic.into();
     report["ending"] = match survey.ending {
@@ -245,6 +245,6 @@ mod tests {
     fn samples_that_are_not_finite_are_written() {
         let report = json(&Table::new(["group"]), &[], &survey(3)).expect("writes");
         let report: Value = serde_json::from_str(&report).expect("JSON");
-        assert_eq!(report["spoilt_samples"], 3);
+        assert_eq!(report["non_finite_samples"], 3);
     }
 }

@@ -82,7 +82,7 @@ mod tests {
     fn array_has_the_numbers_of_the_table_and_nan_for_what_does_not_count() {
         let mut header = vec!["group"];
         header.extend(COLUMNS);
-        header.extend(["spoilt_samples", "behind"]);
+        header.extend(["non_finite_samples", "behind"]);
         let mut table = Table::new(header);
         assert!(rows(&table).is_empty());
         for behind in [Cell::Empty, "head".into()] {
