@@ -16,7 +16,8 @@ use harmolux::surface::{Hit, Intersector, ShSurface, StepBisection, Surface};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 
-/// The same rules and kinds of rays as in `examples/ray_check.rs`, which asks ten million.
+/// The same rules and kinds of rays as in `benches/experiments/ray_check.rs`, which asks ten
+/// million.
 #[test]
 fn default_intersector_keeps_to_certified_stepping() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj");

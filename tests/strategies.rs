@@ -1,7 +1,10 @@
-//! Strategy A, strategy B and their combination give the picture of path tracing: all pixels of a picture together, and its mean.
+//! Strategy A, strategy B and their combination give the picture of path tracing: all pixels of a
+//! picture together, and its mean.
 //!
-//! Seeds are fixed; the false-alarm rate of each picture is 1e-3 (`Estimate::agrees_with`), as far as errors are known. Those of A and B alone are not everywhere
-//! (`examples/picture_tails.rs`): between the walls of the small box only the means of their pictures are judged.
+//! Seeds are fixed; the false-alarm rate of each picture is 1e-3 (`Estimate::agrees_with`), as far
+//! as errors are known. Those of A and B alone are not everywhere
+//! (`benches/experiments/picture_tails.rs`): between the walls of the small box only the means of
+//! their pictures are judged.
 
 mod common;
 
