@@ -1,10 +1,8 @@
 //! Rays and SH surfaces: the default intersector against certified stepping, and sense in every answer to every finite ray.
 
-mod common;
-
 use std::path::Path;
 
-use common::bumpy;
+use crate::common::bumpy;
 use glam::DVec3;
 use harmolux::fit::project_conforming;
 use harmolux::io::meshes;

@@ -6,12 +6,10 @@
 //! (`benches/experiments/picture_tails.rs`): between the walls of the small box only the means of
 //! their pictures are judged.
 
-mod common;
-
 use std::path::Path;
 
-use common::films::{assert_alike, assert_same_mean};
-use common::{go_on, image};
+use crate::common::films::{assert_alike, assert_same_mean};
+use crate::common::{go_on, image};
 use harmolux::estimators::{Estimator, ImageSettings, Weighting, render};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::scene::Filter;
