@@ -1,5 +1,5 @@
 //! Scenes and settings that several test files share.
-#![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
+#![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part")]
 
 pub mod desk;
 pub mod films;

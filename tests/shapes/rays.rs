@@ -1,12 +1,9 @@
 //! Rays and SH surfaces: the default intersector against certified stepping, and sense in every answer to every finite ray.
 
-mod common;
-#[path = "common/ray_check/mod.rs"]
-mod ray_check;
-
 use std::path::Path;
 
-use common::bumpy;
+use crate::common::bumpy;
+use crate::ray_check::{CheckShape, RayCheckSettings, check_rays, check_shapes};
 use glam::DVec3;
 use harmolux::fit::project_conforming;
 use harmolux::io::meshes;
@@ -16,9 +13,9 @@ use harmolux::sh::Coefficients;
 use harmolux::surface::{Hit, Intersector, ShSurface, StepBisection, Surface};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
-use ray_check::{CheckShape, RayCheckSettings, check_rays, check_shapes};
 
-/// The same rules and kinds of rays as in `examples/ray_check.rs`, which asks ten million.
+/// The same rules and kinds of rays as in `benches/experiments/ray_check.rs`, which asks ten
+/// million.
 #[test]
 fn default_intersector_keeps_to_certified_stepping() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj");

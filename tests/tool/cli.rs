@@ -1,7 +1,5 @@
 //! The tool as a user meets it: what all verbs have in common, and each verb once.
 
-mod common;
-
 use std::fs;
 use std::process::{Command, Stdio};
 
@@ -9,8 +7,8 @@ use harmolux::io::coefficients::{self, ReadOptions};
 use harmolux::io::images::Exr;
 use serde_json::Value;
 
-use common::desk::{Desk, Said, assert_says, repository};
-use common::solids::{cube, u_shape};
+use crate::common::desk::{Desk, Said, assert_says, repository};
+use crate::common::solids::{cube, u_shape};
 
 /// A room with a crate, a lamp, a camera of 16 x 12 pixels and five sensors: nothing is fitted, so all runs are short.
 const ROOM: &str = r#"format = 1

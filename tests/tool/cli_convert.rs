@@ -1,12 +1,10 @@
 //! `harmolux convert`, and `info` of what it writes, as a user meets them.
 
-mod common;
-
 use std::fs;
 
 use serde_json::Value;
 
-use common::desk::{Desk, Said};
+use crate::common::desk::{Desk, Said};
 
 /// A lopsided ball: degree 2, 4pi, csphase 1, about a centre of its own.
 const SHAPE: &str = "# harmolux 0.1.0 coefficients\n# normalisation: 4pi\n# csphase: 1\n# unit: m\n# centre: 0.5 0.0 -0.25\n\

@@ -1,12 +1,10 @@
 //! Pictures as a user meets them: runs that are killed and go on, runs that meet, and what is refused before a run.
 
-mod common;
-
 use std::fs;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
-use common::desk::{Desk, Said, assert_says};
+use crate::common::desk::{Desk, Said, assert_says};
 
 /// A room with a ball, a lamp and a small camera; pixels near the target rest.
 const ROOM: &str = r#"format = 1

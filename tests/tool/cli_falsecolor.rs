@@ -1,13 +1,11 @@
 //! False colour as a user meets it: pictures, grids on any plane, scales, refusals.
 
-mod common;
-
 use glam::{DQuat, DVec3};
 use harmolux::io::images::Exr;
 use harmolux::math::Rgb;
 use serde_json::Value;
 
-use common::desk::Desk;
+use crate::common::desk::Desk;
 
 /// A folder to work in.
 fn desk() -> Desk {

@@ -4,7 +4,7 @@
 //!     cargo run --release --example ray_check                  # 10^7 rays on the head, 10^5 on each other shape
 //!     cargo run --release --example ray_check -- --rays 100000 --seed 2    # for the head; the others get at most 10^5
 
-#[path = "../tests/common/ray_check/mod.rs"]
+#[path = "../../tests/common/ray_check/mod.rs"]
 mod ray_check;
 
 use std::error::Error;

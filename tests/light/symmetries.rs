@@ -5,11 +5,9 @@
 //! fixed; a value may differ by four joint standard errors (one in 16 000 by chance, were the runs
 //! independent) and by roundings.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{bumpy, furnace, go_on, grey, sensors, sphere_mesh};
+use crate::common::{bumpy, furnace, go_on, grey, sensors, sphere_mesh};
 use glam::{DMat3, DQuat, DVec3};
 use harmolux::estimators::{Estimator, RadiositySettings, Survey, Weighting, illuminance};
 use harmolux::math::{Placement, Rgb};

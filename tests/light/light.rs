@@ -2,12 +2,12 @@
 //!
 //! Statistical comparisons use fixed seeds and judge all values of a test together with a false-alarm rate of 1e-3 (`Estimate::agrees_with`).
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::films::{assert_alike, assert_each, assert_flat};
-use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors, sphere_mesh};
+use crate::common::films::{assert_alike, assert_each, assert_flat};
+use crate::common::{
+    bumpy, camera, furnace, go_on, grey, image, placed, room, sensors, sphere_mesh,
+};
 use glam::{DVec2, DVec3};
 use harmolux::estimators::{
     Ending, Estimator, ImageSettings, Stop, Weighting, illuminance, luminance, render,

@@ -3,11 +3,9 @@
 //! Photons measure the mean over their disc. Against that mean they are judged with a false-alarm rate of 1e-3 (`Estimate::agrees_with`); the difference
 //! from the centre is their known bias.
 
-mod common;
-
 use std::f64::consts::{PI, TAU};
 
-use common::{bumpy, go_on, grey, placed, room, sensors};
+use crate::common::{bumpy, go_on, grey, placed, room, sensors};
 use glam::DVec3;
 use harmolux::estimators::{Ending, Estimator, RadiositySettings, Survey, Weighting, illuminance};
 use harmolux::exact::{Cube, Plane as SobolevPlane, SobolevProblem};

@@ -1,12 +1,10 @@
 //! Samples that are not finite: counted, reported, never averaged in.
 
-mod common;
-
 use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use common::{go_on, grey, sensors};
+use crate::common::{go_on, grey, sensors};
 use glam::DVec3;
 use harmolux::estimators::{Estimator, Weighting, illuminance};
 use harmolux::exact::Cube;

@@ -1,11 +1,9 @@
 //! The head: its fit against the figures of data/README.md, mesh and SH body against each other.
 
-mod common;
-
 use std::f64::consts::PI;
 use std::path::Path;
 
-use common::{sphere_mesh, split_faces};
+use crate::common::{sphere_mesh, split_faces};
 use glam::DVec3;
 use harmolux::fit::{RadialMesh, RadialSamples, fit_error, project_conforming, project_grid};
 use harmolux::io::meshes;

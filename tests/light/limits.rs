@@ -1,11 +1,9 @@
 //! Limits and signals: a run that is to end ends at once, with what it knows.
 
-mod common;
-
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use common::{camera, go_on, grey, image, room, sensors};
+use crate::common::{camera, go_on, grey, image, room, sensors};
 use glam::DVec3;
 use harmolux::estimators::{Ending, Estimator, Progress, Weighting, illuminance, render};
 use harmolux::math::Rgb;

@@ -1,7 +1,5 @@
 //! The verbs that make shapes of shapes, and of chance, as a user meets them: `transform`, `mean`, `random`.
 
-mod common;
-
 use std::fs;
 
 use glam::DVec3;
@@ -11,7 +9,7 @@ use harmolux::io::coefficients::shtools_text;
 use harmolux::sh::{Coefficients, Convention, Series, Solid, Spectrum, mirrored, volume};
 use serde_json::Value;
 
-use common::desk::{Desk, assert_says};
+use crate::common::desk::{Desk, assert_says};
 
 /// A folder with `lump.txt`.
 fn desk() -> Desk {

@@ -1,7 +1,5 @@
 //! `mesh`, `spectrum`, `diff` and the plots of `sweep` as a user meets them: processes in a folder of their own.
 
-mod common;
-
 use std::fs;
 
 use glam::DVec3;
@@ -9,7 +7,7 @@ use harmolux::fit::Shape;
 use harmolux::io::coefficients::shtools_text;
 use harmolux::sh::{Coefficients, Convention};
 
-use common::desk::{Desk, assert_says, number};
+use crate::common::desk::{Desk, assert_says, number};
 
 /// A folder with a ball of radius 1, one of radius 1.1 about another centre, and a bumpy body.
 fn desk() -> Desk {

@@ -1,13 +1,11 @@
 //! Cameras, crops, filters and layers: in closed rooms of known luminance, and as a user of `render` meets them.
 
-mod common;
-
 use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use common::{furnace, go_on, grey, image, room, sensors};
+use crate::common::{furnace, go_on, grey, image, room, sensors};
 use glam::DVec3;
 use harmolux::Result;
 use harmolux::estimators::{Estimator, ImageSettings, Weighting, illuminance, render};

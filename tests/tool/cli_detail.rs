@@ -1,10 +1,8 @@
 //! Level of detail as a user meets it: `render` says which degree each SH object got, and what that may cost.
 
-mod common;
-
 use serde_json::Value;
 
-use common::desk::{Desk, Said, repository};
+use crate::common::desk::{Desk, Said, repository};
 
 const ROOM: &str = r#"format = 1
 [materials.walls.lambert]

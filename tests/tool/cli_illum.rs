@@ -1,12 +1,10 @@
 //! Illuminance as a user meets it: groups with intervals, requirements, known values.
 
-mod common;
-
 use std::io::Write;
 
 use serde_json::Value;
 
-use common::desk::{Desk, Said};
+use crate::common::desk::{Desk, Said};
 
 /// Sobolev's planes with sensors along a line, 64 walks.
 const PLANES: &str = r#"format = 1

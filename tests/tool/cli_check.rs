@@ -1,7 +1,5 @@
 //! `harmolux check` and `--repair` as a user meets them: what is said of good, bad and hopeless meshes, and what is written.
 
-mod common;
-
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -11,8 +9,8 @@ use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::mesh::{Mesh, MeshReport};
 use serde_json::Value;
 
-use common::desk::{Desk, Said, assert_says};
-use common::solids::{prism, u_shape};
+use crate::common::desk::{Desk, Said, assert_says};
+use crate::common::solids::{prism, u_shape};
 
 /// A cube of side 1 from the origin.
 fn cube() -> String {

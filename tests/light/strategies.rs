@@ -1,14 +1,15 @@
-//! Strategy A, strategy B and their combination give the picture of path tracing: all pixels of a picture together, and its mean.
+//! Strategy A, strategy B and their combination give the picture of path tracing: all pixels of a
+//! picture together, and its mean.
 //!
-//! Seeds are fixed; the false-alarm rate of each picture is 1e-3 (`Estimate::agrees_with`), as far as errors are known. Those of A and B alone are not everywhere
-//! (`examples/picture_tails.rs`): between the walls of the small box only the means of their pictures are judged.
-
-mod common;
+//! Seeds are fixed; the false-alarm rate of each picture is 1e-3 (`Estimate::agrees_with`), as far
+//! as errors are known. Those of A and B alone are not everywhere
+//! (`benches/experiments/picture_tails.rs`): between the walls of the small box only the means of
+//! their pictures are judged.
 
 use std::path::Path;
 
-use common::films::{assert_alike, assert_same_mean};
-use common::{go_on, image};
+use crate::common::films::{assert_alike, assert_same_mean};
+use crate::common::{go_on, image};
 use harmolux::estimators::{Estimator, ImageSettings, Weighting, render};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::scene::Filter;

@@ -1,12 +1,10 @@
 //! Problems whose answer is known, as a user meets them: `exact`.
 
-mod common;
-
 use std::fs;
 
 use serde_json::Value;
 
-use common::desk::{Desk, Said, assert_says, repository};
+use crate::common::desk::{Desk, Said, assert_says, repository};
 
 fn desk() -> Desk {
     Desk::of(&["exact"])

@@ -2,12 +2,10 @@
 //!
 //! Estimates use fixed seeds and judge all sensors of a scene together with a false-alarm rate of 1e-3 (`Estimate::agrees_with`).
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use common::{go_on, sensors};
+use crate::common::{self, go_on, sensors};
 use glam::{DQuat, DVec3};
 use harmolux::estimators::{Estimator, Weighting, illuminance};
 use harmolux::exact::cie171;

@@ -2,12 +2,10 @@
 //!
 //! Statistical comparisons use fixed seeds and judge all values of a test together with a false-alarm rate of 1e-3.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::films::{assert_alike, assert_flat, assert_same_mean};
-use common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors};
+use crate::common::films::{assert_alike, assert_flat, assert_same_mean};
+use crate::common::{bumpy, camera, furnace, go_on, grey, image, placed, room, sensors};
 use glam::DVec3;
 use harmolux::estimators::{Estimator, Weighting, illuminance, luminance, render};
 use harmolux::math::{Ray, Rgb};

@@ -1,7 +1,5 @@
 //! `harmolux fit` as a user meets it: folds, points, filters, many meshes at once.
 
-mod common;
-
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::fs;
@@ -10,8 +8,8 @@ use std::path::Path;
 use harmolux::io::coefficients;
 use serde_json::Value;
 
-use common::desk::{Desk, assert_says, number};
-use common::solids::{cube, prism};
+use crate::common::desk::{Desk, assert_says, number};
+use crate::common::solids::{cube, prism};
 
 fn desk() -> Desk {
     Desk::of(&["fit"])

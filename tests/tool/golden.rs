@@ -4,10 +4,8 @@
 //! of a case in one folder. Longer ones go on in lines that are indented.
 //! Words must be the same; numbers may differ by a millionth, as processors round differently;
 //! times, the version and the memory taken are masked, and lines `~ fnv1a` are not compared.
-//! After a change that is meant: `HARMOLUX_BLESS=1 cargo test --test golden`, then `git diff`,
+//! After a change that is meant: `HARMOLUX_BLESS=1 cargo test --test tool golden`, then `git diff`,
 //! which also shows what is not compared: last digits, and bytes by their checksum.
-
-mod common;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -18,10 +16,10 @@ use std::path::Path;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use rayon::prelude::*;
 
-use common::desk::{Desk, Said, repository};
+use crate::common::desk::{Desk, Said, repository};
 
 /// The cases; `FILE <` before a command is its stdin. The help of every verb comes in addition.
-const CASES: &str = include_str!("golden/input/cases.txt");
+const CASES: &str = include_str!("../golden/input/cases.txt");
 
 /// What every folder has from the repository.
 const FILES: [(&str, &str); 9] = [
@@ -69,7 +67,7 @@ fn every_verb_says_and_writes_what_is_stored() {
         }
     }
     assert!(bless || stored.len() <= cases.len(), "there are files of no case in {folder}");
-    assert!(wrong.is_empty(), "{wrong}is it meant? HARMOLUX_BLESS=1 cargo test --test golden");
+    assert!(wrong.is_empty(), "{wrong}is it meant? HARMOLUX_BLESS=1 cargo test --test tool golden");
 }
 
 /// Runs commands in a folder of their own and writes down what they say and write.

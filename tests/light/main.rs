@@ -1,0 +1,13 @@
+//! Light: the estimators and scenes against exact answers, each other and symmetries.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod baselines;
+mod exact_scenes;
+mod light;
+mod limits;
+mod mirrors;
+mod spoilt;
+mod strategies;
+mod symmetries;

@@ -1,0 +1,20 @@
+//! The tool as a user meets it: a process for each command, judged by what it says and writes.
+//! Every test file that starts the tool is here.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod cameras;
+mod cli;
+mod cli_check;
+mod cli_compare;
+mod cli_convert;
+mod cli_detail;
+mod cli_exact;
+mod cli_falsecolor;
+mod cli_fit;
+mod cli_illum;
+mod cli_render;
+mod cli_shapes;
+mod golden;
+mod on_surface;
