@@ -60,7 +60,7 @@
 //! * [`exact`]: closed forms that the estimators are tested against.
 //! * [`plots`]: curves and false colours, as SVG, PNG or text.
 //! * [`io`]: files of meshes, coefficients, scenes, images and tables.
-//! * [`study`]: what needs several rooms: loading a scene, comparing shapes, checking rays.
+//! * [`study`]: what needs several rooms: loading a scene, comparing shapes.
 //!
 //! [`error`] is open to all.
 
