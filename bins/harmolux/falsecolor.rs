@@ -303,7 +303,7 @@ impl Shown {
             "mean": tally.mean,
             "least": extreme(tally.least),
             "largest": extreme(tally.largest),
-            "not_finite": tally.not_finite,
+            "non_finite": tally.not_finite,
             "nothing": self.nothing(),
             "below": below,
             "above": above,

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use crate::math::choice::choice;
 use crate::math::hash;
 
 /// The number of independent replicates behind every estimate.
@@ -35,6 +36,14 @@ pub enum Ending {
     /// The computation came to its own end: radiosity had next to no light left.
     Converged,
 }
+
+choice!(Ending, "ending":
+    Walks = "walks" "",
+    Error = "relative_error" "",
+    Time = "time" "",
+    Interrupted = "interrupted" "",
+    Converged = "converged" "",
+);
 
 /// Tells an observer how far a run is.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -120,7 +120,7 @@ fn depths_without_end_are_no_spoilt_values() {
     assert!(text.contains("nothing there  60, 5.00 %") && !text.contains("not finite"), "{text}");
     assert!(desk.text("a.svg").contains(">nothing<"));
     let report = desk.json("view.exr -o a.svg --channel depth.Z");
-    assert_eq!((&report["nothing"], &report["not_finite"]), (&60.into(), &0.into()));
+    assert_eq!((&report["nothing"], &report["non_finite"]), (&60.into(), &0.into()));
 }
 
 #[test]

@@ -70,6 +70,32 @@ fn every_verb_says_and_writes_what_is_stored() {
     assert!(wrong.is_empty(), "{wrong}is it meant? HARMOLUX_BLESS=1 cargo test --test tool golden");
 }
 
+/// Every key of JSON in the stored outputs is explained on its page.
+#[test]
+fn keys_of_json_are_documented() {
+    let page = fs::read_to_string(repository("docs/json.md")).expect("readable");
+    let keys = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next());
+    let names = |cell: &str| -> Vec<String> {
+        let paths = cell.split('`').skip(1).step_by(2);
+        paths.map(|path| path.rsplit('.').next().unwrap_or(path).replace("[]", "")).collect()
+    };
+    let known: BTreeSet<String> = keys.flat_map(names).collect();
+    let stored = fs::read_dir(repository("tests/golden")).expect("a folder");
+    let texts = stored.map(|entry| entry.expect("readable").path()).filter(|path| path.is_file());
+    let texts = texts.map(|path| fs::read_to_string(path).expect("readable"));
+    let lines: Vec<String> =
+        texts.flat_map(|t| t.lines().map(str::to_owned).collect::<Vec<_>>()).collect();
+    // The attributes of pictures name objects.
+    for line in lines.iter().filter(|line| line.trim_start().starts_with(['{', '"'])) {
+        for (at, _) in line.match_indices("\":") {
+            let key = line[..at].rsplit('"').next().unwrap_or("");
+            let plain =
+                key.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
+            assert!(!plain || known.contains(key), "`{key}` is not in docs/json.md");
+        }
+    }
+}
+
 /// Runs commands in a folder of their own and writes down what they say and write.
 fn transcript(commands: &str) -> String {
     let desk = Desk::new();

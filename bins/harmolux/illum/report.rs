@@ -2,7 +2,7 @@
 
 use comfy_table::Table as TextTable;
 use glam::DVec3;
-use harmolux::estimators::{Bracket, Ending, GroupSummary, Survey};
+use harmolux::estimators::{Bracket, GroupSummary, Survey};
 use harmolux::io::scene_file::Limit;
 use harmolux::io::tables::Table;
 use harmolux::math::stats::Estimate;
@@ -195,14 +195,7 @@ pub(crate) fn json(table: &Table, groups: &[Group], survey: &Survey) -> Result<S
     report["non_finite_samples"] = non_finite_samples(survey).into();
     report["escaped_share"] = survey.escaped.into();
     report["caustic_share"] = survey.caustic.into();
-    report["ending"] = match survey.ending {
-        Ending::Walks => "walks",
-        Ending::Error => "relative_error",
-        Ending::Time => "time",
-        Ending::Interrupted => "interrupted",
-        Ending::Converged => "converged",
-    }
-    .into();
+    report["ending"] = survey.ending.name().into();
     serde_json::to_string_pretty(&report).map_err(failed)
 }
 

@@ -363,7 +363,7 @@ fn report_json(
         "caustic_share": rendering.caustic,
         "non_finite_samples": film.spoilt(),
         "first_pass_share": rendering.unfinished,
-        "ending": format!("{:?}", rendering.ending).to_lowercase(),
+        "ending": rendering.ending.name(),
         "written": written,
     })
 }
