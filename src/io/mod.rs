@@ -2,6 +2,7 @@
 
 pub mod checkpoint;
 pub mod coefficients;
+#[cfg(feature = "images")]
 pub mod images;
 pub mod meshes;
 pub mod npy;

@@ -10,7 +10,7 @@ use crate::math::Rgb;
 use crate::{Error, Result};
 
 /// What is painted where a pixel is not finite: a magenta that no exposure of a scene gives by accident.
-pub(crate) const NOT_FINITE: [u8; 3] = [255, 0, 255];
+pub const NOT_FINITE: [u8; 3] = [255, 0, 255];
 
 /// The luminance to which the geometric mean of an image is exposed: the grey card of photography.
 const MIDDLE_GREY: f64 = 0.18;
