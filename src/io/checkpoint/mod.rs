@@ -27,7 +27,7 @@ use std::path::Path;
 pub use fingerprint::Fingerprint;
 
 use super::output::{Claim, Kind};
-use crate::error::InputError;
+use crate::error::{Advice, InputError};
 use crate::math::Rgb;
 use crate::scene::{Film, LONGEST, Light};
 use crate::{Error, Result};
@@ -172,9 +172,8 @@ impl Reader<'_> {
         let version = u16::from_le_bytes(self.take()?);
         if version != VERSION {
             let message = format!("version {version} of checkpoints; known here is {VERSION}");
-            let help = "go on with the harmolux that wrote it, or begin anew with `--force` and \
-                        without `--resume`";
-            return Err(InputError::new(self.path, message).help(help).into());
+            let advice = Advice::BeginAnew(Some("go on with the harmolux that wrote it, or "));
+            return Err(InputError::new(self.path, message).advise(advice).into());
         }
         let count = self.u32()?;
         if count > MOST_FIELDS {
@@ -193,9 +192,9 @@ impl Reader<'_> {
         self.compare_seal("its header is damaged")?;
         if let Some(difference) = then.difference(present) {
             let message = format!("this checkpoint is of another run: {difference}");
-            let help = "go on with what it was made with (only the stop may change), or begin \
-                        anew with `--force` and without `--resume`";
-            return Err(InputError::new(self.path, message).help(help).into());
+            let first = "go on with what it was made with (only the stop may change), or ";
+            let advice = Advice::BeginAnew(Some(first));
+            return Err(InputError::new(self.path, message).advise(advice).into());
         }
         if size.contains(&0) || size[2] < 2 || planned > 1 {
             return Err(self.broken("its header makes no sense"));
@@ -267,7 +266,7 @@ impl Reader<'_> {
 
     fn broken(&self, what: &str) -> Error {
         InputError::new(self.path, format!("this checkpoint cannot be used: {what}"))
-            .help("begin anew with `--force` and without `--resume`")
+            .advise(Advice::BeginAnew(None))
             .into()
     }
 }
