@@ -1,5 +1,6 @@
 //! Files in and out: meshes, coefficients, scenes, images, tables, and the rules by which anything is written.
 
+mod bytes;
 pub mod checkpoint;
 pub mod coefficients;
 #[cfg(feature = "images")]
