@@ -71,6 +71,7 @@ pub mod fit;
 pub mod io;
 pub mod math;
 pub mod mesh;
+#[cfg(feature = "plots")]
 pub mod plots;
 pub mod scene;
 pub mod sh;

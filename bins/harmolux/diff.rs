@@ -11,6 +11,7 @@ use harmolux::study::{CompareSettings, Comparison, DistanceMap, Hausdorff, Pair}
 use harmolux::{Error, Result};
 use serde_json::{Value, json};
 
+use crate::common::advice;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, SeriesHabits};
 use crate::common::say;
@@ -114,11 +115,11 @@ fn write_map(output: Output, map: &DistanceMap) -> Result<()> {
 
 fn about_both(verb: &Diff, error: Error) -> Error {
     let names = format!("{} and {}", verb.a.display(), verb.b.display());
-    match error {
+    error.map(|error| match error {
         Error::Geometry(text) => Error::Geometry(format!("{names}: {text}")),
         Error::Parameter(text) => Error::Parameter(format!("{names}: {text}")),
         other => other,
-    }
+    })
 }
 
 /// Lists every number with its name and unit.
@@ -168,7 +169,7 @@ fn value(verb: &Diff, found: &Comparison, met: Option<bool>) -> Value {
         "a_farthest_at": found.hausdorff.one_sided[0].at.to_array(),
         "b_farthest_at": found.hausdorff.one_sided[1].at.to_array(),
         "normal_samples": found.normals.samples,
-        "no_radial_because": found.radial.as_ref().err(),
+        "no_radial_because": found.radial.as_ref().err().map(advice::told),
         "within_tolerance": met,
     });
     for (name, number, unit) in numbers(found) {
@@ -200,7 +201,7 @@ fn report(verb: &Diff, found: &Comparison) {
                 format!("{} m, {}", say::significant(r.max, 4), relative(r.max)),
             ));
         }
-        Err(reason) => lines.push(("radial", format!("none: {reason}"))),
+        Err(reason) => lines.push(("radial", format!("none: {}", advice::told(reason)))),
     }
     let degrees = |angle: f64| format!("{} deg", say::significant(angle.to_degrees(), 3));
     let normals = &found.normals;

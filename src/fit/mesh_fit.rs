@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
+use crate::error::Advice;
 use crate::fit::{
     Envelope, FitError, Folds, RadialMesh, fit_error, least_folded, project_faces, project_rays,
     star,
@@ -228,9 +229,7 @@ fn choose_centre(mesh: &Mesh, settings: &FitSettings) -> Result<DVec3> {
 /// Says how to fit a mesh all the same.
 fn mention_envelopes(error: Error) -> Error {
     match error {
-        Error::Geometry(text) => Error::Geometry(format!(
-            "{text}; `harmolux fit --not-star outermost` (or first, mean) fits an envelope of a mesh with small folds"
-        )),
+        Error::Geometry(_) | Error::Advised { .. } => error.advise(Advice::FitEnvelope),
         other => other,
     }
 }
@@ -242,10 +241,11 @@ fn check_limit(folds: Option<Folds>, settings: &FitSettings, centre: DVec3) -> R
         return Ok(());
     }
     Err(Error::Geometry(format!(
-        "{:.2} % of the directions from {centre:.6} meet the mesh more than once, more than the {} % that are accepted: such a shape is hardly a radius; raise `--not-star-limit`, give another centre, or cut the mesh in parts",
+        "{:.2} % of the directions from {centre:.6} meet the mesh more than once, more than the {} % that are accepted: such a shape is hardly a radius",
         100.0 * folds.share,
         100.0 * rule.limit
-    )))
+    ))
+    .advise(Advice::AcceptFolds))
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! Files in and out: meshes, coefficients, scenes, images, tables, and the rules by which anything is written.
 
+mod bytes;
 pub mod checkpoint;
 pub mod coefficients;
+#[cfg(feature = "images")]
 pub mod images;
 pub mod meshes;
 pub mod npy;

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use crate::Result;
 use crate::error::InputError;
+use crate::io::bytes::Cursor;
 
 /// How such a file begins.
 pub(in crate::io) const MAGIC: &[u8] = b"\x93NUMPY";
@@ -117,21 +118,16 @@ pub(in crate::io) fn write(shape: &[usize], parts: usize, numbers: &[f64]) -> Ve
 fn split(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
     let cut = || "the file is cut off within its header".to_owned();
     let rest = bytes.strip_prefix(MAGIC).ok_or("this is no .npy file")?;
-    let (version, rest) = rest.split_at_checked(2).ok_or_else(cut)?;
-    let (length, rest) = match version[0] {
-        1 => {
-            let (n, rest) = rest.split_first_chunk::<2>().ok_or_else(cut)?;
-            (usize::from(u16::from_le_bytes(*n)), rest)
-        }
-        2 | 3 => {
-            let (n, rest) = rest.split_first_chunk::<4>().ok_or_else(cut)?;
-            (u32::from_le_bytes(*n) as usize, rest)
-        }
+    let mut rest = Cursor(rest);
+    let version = rest.take(2).ok_or_else(cut)?;
+    let length = match version[0] {
+        1 => rest.number::<u16>().map(usize::from),
+        2 | 3 => rest.number::<u32>().map(|n| n as usize),
         other => return Err(format!("version {other} of the .npy format is not known here")),
     };
-    let (header, data) = rest.split_at_checked(length).ok_or_else(cut)?;
+    let header = length.and_then(|n| rest.take(n)).ok_or_else(cut)?;
     let header = std::str::from_utf8(header).map_err(|_| "the header is no text".to_owned())?;
-    Ok((header, data))
+    Ok((header, rest.0))
 }
 
 /// Gives what follows a key of the header.

@@ -294,13 +294,15 @@ fn shared_object<S: SampleArea + 'static>(name: &str, surface: &Arc<S>, own: Mat
 
 /// Points at the key that names a file: the file is missing, or its shape cannot be used. A file that is wrong in itself says where.
 fn at_file(file: &SceneFile, key: &[&str], named: &FileRef, error: Error) -> Error {
-    if matches!(error, Error::Input(_)) {
-        return error;
-    }
-    let text = error.to_string();
-    let own = named.resolved.display().to_string();
-    let message = if text.starts_with(&own) { text } else { format!("{own}: {text}") };
-    file.source.error(key, message, None)
+    error.map(|error| {
+        if matches!(error, Error::Input(_)) {
+            return error;
+        }
+        let text = error.to_string();
+        let own = named.resolved.display().to_string();
+        let message = if text.starts_with(&own) { text } else { format!("{own}: {text}") };
+        file.source.error(key, message, None)
+    })
 }
 
 fn lights(file: &SceneFile, built: &[Built], solids: &[Solid]) -> Result<Vec<PointLight>> {

@@ -11,6 +11,8 @@ mod requirements;
 mod shared_surfaces;
 mod solids;
 mod sweep;
+#[cfg(feature = "plots")]
+mod sweep_figure;
 mod view;
 mod warnings;
 
@@ -24,5 +26,7 @@ pub use known::known;
 pub use load::{DetailedObject, FittedObject, Loaded, SensorGroup, camera, load, load_seen};
 pub use requirements::{Judged, Verdict, judge};
 pub use shared_surfaces::Preparation;
-pub use sweep::{SweepRow, sweep, sweep_figure};
+pub use sweep::{SweepRow, sweep};
+#[cfg(feature = "plots")]
+pub use sweep_figure::sweep_figure;
 pub use view::check_view;

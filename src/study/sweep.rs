@@ -11,7 +11,6 @@ use crate::Result;
 use crate::fit::{Fit, FitSettings, fit, mesh_bytes, series_bytes};
 use crate::math::{Ray, sampling};
 use crate::mesh::Mesh;
-use crate::plots::{Axis, Curve, Figure};
 use crate::surface::{Intersector, MeshSurface, ShSurface, Surface};
 
 /// Holds one line of a sweep.
@@ -61,26 +60,6 @@ pub fn sweep(mesh: &Mesh, degrees: &[usize], watch: &dyn Fn(usize)) -> Result<Ve
     });
     watch(rows.len());
     Ok(rows)
-}
-
-/// Plots the errors of a sweep against the bytes they cost.
-pub fn sweep_figure(rows: &[SweepRow]) -> Figure {
-    let fits = || rows.iter().filter_map(|row| Some((row.fit.as_ref()?, row.bytes as f64)));
-    let curve = |name: &str, error: fn(&Fit) -> f64| {
-        Curve::new(name, fits().map(|(fit, bytes)| [bytes, 100.0 * error(fit)]).collect())
-    };
-    let degrees = || fits().map(|(fit, _)| fit.coefficients.lmax());
-    let bytes = match (degrees().min(), degrees().max()) {
-        (Some(first), Some(last)) if first < last => {
-            format!("bytes in f32, degree {first} to {last}")
-        }
-        _ => "bytes in f32".to_owned(),
-    };
-    Figure::new(
-        "Radial error of the coefficients",
-        [Axis::logarithmic(bytes), Axis::logarithmic("error, % of the mean radius")],
-        vec![curve("largest", Fit::relative_max), curve("RMS", Fit::relative_rms)],
-    )
 }
 
 /// Makes random chords of a ball: lines through two points uniform on it.

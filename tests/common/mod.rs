@@ -1,6 +1,7 @@
 //! Scenes and settings that several test files share.
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part")]
 
+#[cfg(feature = "cli")]
 pub mod desk;
 pub mod films;
 pub mod solids;

@@ -24,6 +24,7 @@ impl Code {
     pub(crate) fn of(error: &Error) -> Self {
         match error {
             Error::Numeric(_) => Self::Failed,
+            Error::Advised { error, .. } => Self::of(error),
             _ => Self::BadInput,
         }
     }

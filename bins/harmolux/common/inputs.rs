@@ -40,12 +40,12 @@ pub(crate) fn source(path: &Path) -> Result<Source> {
 /// Puts the file before what is wrong with what it holds.
 pub(crate) fn about(path: &Path, error: Error) -> Error {
     let name = path.display();
-    match error {
+    error.map(|error| match error {
         Error::Geometry(text) => Error::Geometry(format!("{name}: {text}")),
         Error::Parameter(text) => Error::Parameter(format!("{name}: {text}")),
         Error::Numeric(text) => Error::Numeric(format!("{name}: {text}")),
         other => other,
-    }
+    })
 }
 
 /// Tells the format of a coefficient file; a mesh is none, whatever its extension.

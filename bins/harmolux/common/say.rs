@@ -8,9 +8,11 @@ use glam::DVec3;
 use harmolux::Error;
 use harmolux::sh::Convention;
 
+use crate::common::advice;
+
 /// Prints an error.
 pub(crate) fn error(error: &Error) {
-    note(&format!("error: {error}"));
+    note(&format!("error: {}", advice::told(error)));
 }
 
 /// Prints a warning.

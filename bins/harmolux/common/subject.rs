@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use harmolux::Result;
+use harmolux::error::Advice;
 use harmolux::fit::Shape;
 use harmolux::io::coefficients;
 use harmolux::io::coefficients::ReadOptions;
@@ -11,9 +12,6 @@ use harmolux::study::Subject;
 
 use crate::common::flags::{MeshHabits, SeriesHabits};
 use crate::common::inputs::{read_mesh, series_format};
-
-/// The flags of [`SeriesHabits`].
-const SAID: [&str; 2] = ["--normalisation", "--csphase"];
 
 /// What a file holds.
 pub(crate) enum Read {
@@ -30,7 +28,9 @@ impl Read {
             return read_mesh(path, mesh).map(Self::Mesh);
         }
         let shape = coefficients::parse(path, &bytes, &options);
-        shape.map(Self::Series).map_err(|e| coefficients::advise_conversion(e, &SAID))
+        // The flags of `SeriesHabits` say the convention here as well.
+        let advised = |e| coefficients::advise_conversion(e, &Advice::is_of_convention);
+        shape.map(Self::Series).map_err(advised)
     }
 
     /// Gives what is compared.

@@ -10,6 +10,7 @@ use harmolux::io::scene_file::SceneFile;
 use harmolux::scene::{Camera, Film};
 use harmolux::{Error, Result};
 
+use crate::common::advice;
 use crate::common::say;
 use crate::render::Render;
 use crate::render::target::{Image, estimator_name};
@@ -120,6 +121,7 @@ impl Kept {
         if self.write(&rendering.film) {
             for (image, output) in outputs {
                 if let Err(error) = write(*image, output, rendering) {
+                    let error = advice::told(&error);
                     say::warning(&format!("the picture so far was not written: {error}"));
                 }
             }
@@ -147,13 +149,14 @@ impl Kept {
             return;
         }
         if let Err(error) = self.claim.remove() {
-            say::warning(&error.to_string());
+            say::warning(&advice::told(&error));
         }
     }
 
     fn write(&mut self, film: &Film) -> bool {
         let written = checkpoint::write(&mut self.claim, &self.fingerprint, film);
         if let Err(error) = &written {
+            let error = advice::told(error);
             say::warning(&format!("no checkpoint was written, the run goes on: {error}"));
         }
         written.is_ok()

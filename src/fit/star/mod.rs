@@ -11,6 +11,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use crate::error::Advice;
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 
@@ -107,10 +108,10 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     }
     if report.clearance > 0.0 {
         return Err(Error::Geometry(format!(
-            "the mesh goes {:.0} times around {about:.6}, with pieces within one another; keep one piece alone \
-             (`harmolux check --repair --largest-piece -o FILE` writes it)",
+            "the mesh goes {:.0} times around {about:.6}, with pieces within one another",
             report.covering
-        )));
+        ))
+        .advise(Advice::KeepLargestPiece));
     }
     let advice = match best_centre(mesh)? {
         (centre, clearance) if clearance > 0.0 => format!(

@@ -26,8 +26,9 @@ use std::path::Path;
 
 pub use fingerprint::Fingerprint;
 
+use super::bytes::{Number, field};
 use super::output::{Claim, Kind};
-use crate::error::InputError;
+use crate::error::{Advice, InputError};
 use crate::math::Rgb;
 use crate::scene::{Film, LONGEST, Light};
 use crate::{Error, Result};
@@ -165,18 +166,19 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn header(&mut self, present: &Fingerprint) -> Result<Header> {
-        if self.take::<8>()? != MAGIC {
+        let mut start = [0; MAGIC.len()];
+        self.fill(&mut start)?;
+        if start != MAGIC {
             let help = "name the file that `render` left, NAME.checkpoint";
             return Err(InputError::new(self.path, "this is no checkpoint").help(help).into());
         }
-        let version = u16::from_le_bytes(self.take()?);
+        let version = self.take::<u16>()?;
         if version != VERSION {
             let message = format!("version {version} of checkpoints; known here is {VERSION}");
-            let help = "go on with the harmolux that wrote it, or begin anew with `--force` and \
-                        without `--resume`";
-            return Err(InputError::new(self.path, message).help(help).into());
+            let advice = Advice::BeginAnew(Some("go on with the harmolux that wrote it, or "));
+            return Err(InputError::new(self.path, message).advise(advice).into());
         }
-        let count = self.u32()?;
+        let count = self.take::<u32>()?;
         if count > MOST_FIELDS {
             return Err(self.broken("its header is damaged"));
         }
@@ -185,17 +187,17 @@ impl Reader<'_> {
             let field = (self.text()?, self.text()?);
             then.fields.push(field);
         }
-        let size = [self.u32()?, self.u32()?, self.u32()?];
-        let passes = u64::from_le_bytes(self.take()?);
-        let [planned] = self.take()?;
-        let samples = [u64::from_le_bytes(self.take()?), u64::from_le_bytes(self.take()?)];
-        let escaped = Rgb([self.f64()?, self.f64()?, self.f64()?]);
+        let size = [self.take::<u32>()?, self.take::<u32>()?, self.take::<u32>()?];
+        let passes = self.take::<u64>()?;
+        let planned = self.take::<u8>()?;
+        let samples = [self.take::<u64>()?, self.take::<u64>()?];
+        let escaped = Rgb([self.take()?, self.take()?, self.take()?]);
         self.compare_seal("its header is damaged")?;
         if let Some(difference) = then.difference(present) {
             let message = format!("this checkpoint is of another run: {difference}");
-            let help = "go on with what it was made with (only the stop may change), or begin \
-                        anew with `--force` and without `--resume`";
-            return Err(InputError::new(self.path, message).help(help).into());
+            let first = "go on with what it was made with (only the stop may change), or ";
+            let advice = Advice::BeginAnew(Some(first));
+            return Err(InputError::new(self.path, message).advise(advice).into());
         }
         if size.contains(&0) || size[2] < 2 || planned > 1 {
             return Err(self.broken("its header makes no sense"));
@@ -208,17 +210,17 @@ impl Reader<'_> {
         let mut bytes = vec![0; PIXEL + 4 * replicates];
         for (pixel, sums) in film.pixels.iter_mut().zip(film.sums.chunks_exact_mut(replicates)) {
             self.fill(&mut bytes)?;
-            let double = |i: usize| f64::from_le_bytes(field(&bytes, 8 * i));
+            let double = |i: usize| field::<f64>(&bytes, 8 * i);
             pixel.light.direct = Rgb([double(0), double(1), double(2)]);
             pixel.light.indirect = Rgb([double(3), double(4), double(5)]);
-            pixel.spoilt = f32::from_le_bytes(field(&bytes, 48));
-            pixel.spread = f32::from_le_bytes(field(&bytes, 52));
+            pixel.spoilt = field::<f32>(&bytes, 48);
+            pixel.spread = field::<f32>(&bytes, 52);
             pixel.stride = bytes[PIXEL - 1];
             if pixel.stride > LONGEST {
                 return Err(self.broken("it is damaged"));
             }
             for (r, sum) in sums.iter_mut().enumerate() {
-                *sum = f32::from_le_bytes(field(&bytes, PIXEL + 4 * r));
+                *sum = field::<f32>(&bytes, PIXEL + 4 * r);
             }
         }
         self.compare_seal("it is damaged")
@@ -226,11 +228,11 @@ impl Reader<'_> {
 
     fn compare_seal(&mut self, otherwise: &str) -> Result<()> {
         let expected = self.check.clone().finalize();
-        if self.u32()? == expected { Ok(()) } else { Err(self.broken(otherwise)) }
+        if self.take::<u32>()? == expected { Ok(()) } else { Err(self.broken(otherwise)) }
     }
 
     fn text(&mut self) -> Result<String> {
-        let length = self.u32()?;
+        let length = self.take::<u32>()?;
         if length > LONGEST_TEXT {
             return Err(self.broken("its header is damaged"));
         }
@@ -239,18 +241,10 @@ impl Reader<'_> {
         String::from_utf8(bytes).map_err(|_| self.broken("its header is damaged"))
     }
 
-    fn u32(&mut self) -> Result<u32> {
-        self.take().map(u32::from_le_bytes)
-    }
-
-    fn f64(&mut self) -> Result<f64> {
-        self.take().map(f64::from_le_bytes)
-    }
-
-    fn take<const N: usize>(&mut self) -> Result<[u8; N]> {
-        let mut bytes = [0; N];
-        self.fill(&mut bytes)?;
-        Ok(bytes)
+    fn take<T: Number>(&mut self) -> Result<T> {
+        let mut bytes = T::Bytes::default();
+        self.fill(bytes.as_mut())?;
+        Ok(T::of(bytes))
     }
 
     fn fill(&mut self, bytes: &mut [u8]) -> Result<()> {
@@ -267,16 +261,9 @@ impl Reader<'_> {
 
     fn broken(&self, what: &str) -> Error {
         InputError::new(self.path, format!("this checkpoint cannot be used: {what}"))
-            .help("begin anew with `--force` and without `--resume`")
+            .advise(Advice::BeginAnew(None))
             .into()
     }
-}
-
-/// Copies the field at `at`; the caller has made sure that it is there.
-fn field<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
-    let mut field = [0; N];
-    field.copy_from_slice(&bytes[at..at + N]);
-    field
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use super::rows::{agreed, coefficient, collect};
 use super::{ReadOptions, SeriesFormat};
-use crate::error::InputError;
+use crate::error::{Advice, InputError};
 use crate::fit::Shape;
 use crate::io::output::SOFTWARE;
 use crate::sh::Convention;
@@ -160,7 +160,7 @@ fn choose(
     match (chosen, number) {
         (Some(_), None) if count > 1 => {
             Err(wrong(format!("the table has {count} rows, each a shape"))
-                .help("choose one with `--row`, counted from 1")
+                .advise(Advice::ChooseRow)
                 .into())
         }
         (Some(row), _) => Ok(row),
@@ -240,7 +240,7 @@ mod tests {
         let table = format!("{HEADER}a,1,0,0,0\nb,2,0,0,0\n");
         assert_eq!(read(&table, Some(2)).expect("read").coefficients.mean(), 2.0);
         let message = refusal(&table);
-        assert!(message.contains("the table has 2 rows") && message.contains("`--row`"));
+        assert!(message.contains("the table has 2 rows") && message.contains("choose one"));
         let message = read(&table, Some(3)).expect_err("no row").to_string();
         assert!(message.contains("there is no row 3: the table has 2"));
     }

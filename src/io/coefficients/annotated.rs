@@ -21,7 +21,7 @@ use glam::DVec3;
 
 use super::ReadOptions;
 use super::rows::{agreed, text};
-use crate::error::InputError;
+use crate::error::{Advice, InputError};
 use crate::fit::{Shape, Source, SourceHash};
 use crate::io::output::SOFTWARE;
 use crate::sh::{Coefficients, CondonShortley, Convention, Normalisation};
@@ -106,7 +106,7 @@ pub(super) fn parse(
     }
     if notes.ours && options.unit.is_some_and(|metres| metres != 1.0) {
         return Err(InputError::new(path, "the file says that its unit is the metre")
-            .help("leave out `--unit`")
+            .advise(Advice::LeaveOutUnit)
             .into());
     }
     let coefficients = rows(path, text, notes.ours, convention)?;
@@ -223,10 +223,7 @@ impl Notes {
             Some((_, key, example)) => {
                 Err(InputError::new(path, format!("the comments lack `{key}`"))
                     .at(1, None)
-                    .help(format!(
-                        "add a line as `# {key}: {example}`, or remove all comments and give \
-                     `--normalisation 4pi|ortho|schmidt|unnorm` and `--csphase 1|-1`"
-                    ))
+                    .advise(Advice::CompleteComments { key, example })
                     .into())
             }
             None => Ok(()),

@@ -26,6 +26,7 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::fit::{Shape, Source, SourceHash};
+use crate::io::bytes::field;
 use crate::sh::Coefficients;
 use crate::{Error, Result};
 
@@ -154,23 +155,22 @@ impl Header {
     fn read<R: Read>(bytes: &mut Bytes<R>) -> Result<Self> {
         let mut all = bytes.take(FIXED, "its header")?;
         check_start(bytes.path, &all)?;
-        let length = usize::from(u16::from_le_bytes(field(&all, 52)));
+        let length = usize::from(field::<u16>(&all, 52));
         all.extend(bytes.take(length + 4, "its header")?);
         let (content, check) = all.split_at(FIXED + length);
-        let seal = u32::from_le_bytes(field(check, 0));
+        let seal = field::<u32>(check, 0);
         if crc32fast::hash(content) != seal {
             return Err(bytes.broken("the header is damaged"));
         }
         let name = std::str::from_utf8(&content[FIXED..])
             .map_err(|_| bytes.broken("the name of the source is not UTF-8"))?;
-        let flags = u16::from_le_bytes(field(content, 10));
-        let centre =
-            DVec3::from_array([20, 28, 36].map(|at| f64::from_le_bytes(field(content, at))));
+        let flags = field::<u16>(content, 10);
+        let centre = DVec3::from_array([20, 28, 36].map(|at| field::<f64>(content, at)));
         if !centre.is_finite() {
             return Err(bytes.broken("the centre is not finite"));
         }
-        let hash = SourceHash(u64::from_le_bytes(field(content, 44)));
-        let degree = |at| u32::from_le_bytes(field(content, at)) as usize;
+        let hash = SourceHash(field::<u64>(content, 44));
+        let degree = |at| field::<u32>(content, at) as usize;
         Ok(Self {
             lmax: degree(12),
             fitted: (flags & IS_CUT != 0).then(|| degree(16)),
@@ -185,7 +185,7 @@ fn check_start(path: &Path, bytes: &[u8]) -> Result<()> {
     if !bytes.starts_with(&MAGIC) {
         return Err(InputError::new(path, "this is no binary coefficient file").into());
     }
-    match u16::from_le_bytes(field(bytes, 8)) {
+    match field::<u16>(bytes, 8) {
         VERSION => Ok(()),
         version => Err(InputError::new(
             path,
@@ -194,13 +194,6 @@ fn check_start(path: &Path, bytes: &[u8]) -> Result<()> {
         .help("read it with a newer harmolux")
         .into()),
     }
-}
-
-/// Copies the field at `at`; the caller has made sure that it is there.
-fn field<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
-    let mut field = [0; N];
-    field.copy_from_slice(&bytes[at..at + N]);
-    field
 }
 
 /// Takes bytes from a reader, and says what is wrong in terms of the file.
@@ -226,11 +219,11 @@ impl<R: Read> Bytes<'_, R> {
         let what = format!("degree {l} of {}", header.lmax);
         let bytes = self.take(8 * (2 * l + 1) + 4, &what)?;
         let (numbers, check) = bytes.split_at(bytes.len() - 4);
-        if block_check(header.seal, l, numbers) != u32::from_le_bytes(field(check, 0)) {
+        if block_check(header.seal, l, numbers) != field::<u32>(check, 0) {
             return Err(self.broken(&format!("{what} is damaged")));
         }
         let values: Vec<f64> =
-            numbers.chunks_exact(8).map(|bytes| f64::from_le_bytes(field(bytes, 0))).collect();
+            numbers.chunks_exact(8).map(|bytes| field::<f64>(bytes, 0)).collect();
         if values.iter().all(|value| value.is_finite()) {
             Ok(values)
         } else {

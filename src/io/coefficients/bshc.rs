@@ -8,6 +8,7 @@ use super::rows::{agreed, collect};
 use crate::Result;
 use crate::error::InputError;
 use crate::fit::Shape;
+use crate::io::bytes::number_at;
 use crate::sh::Convention;
 
 /// Bytes of a number.
@@ -76,8 +77,7 @@ fn degree(bytes: &[u8]) -> Result<usize, String> {
 
 /// Gives the number at a place, counted in numbers; NaN past the end.
 fn number(bytes: &[u8], at: usize) -> f64 {
-    let bytes = bytes.get(at * NUMBER..(at + 1) * NUMBER);
-    bytes.and_then(|b| b.try_into().ok()).map_or(f64::NAN, f64::from_le_bytes)
+    number_at(bytes, at * NUMBER).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ pub use recognise::{recognise, recognise_content};
 
 use std::path::Path;
 
-use crate::error::InputError;
+use crate::error::{Advice, InputError};
 use crate::fit::Shape;
 use crate::sh::Convention;
 use crate::{Error, Result};
@@ -55,20 +55,17 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Shape> {
 /// # Errors
 /// As [`read`].
 pub fn read_as_stated(path: &Path) -> Result<Shape> {
-    read(path, &ReadOptions::default()).map_err(|e| advise_conversion(e, &[]))
+    read(path, &ReadOptions::default()).map_err(|e| advise_conversion(e, &|_| false))
 }
 
-/// Turns the advice to give a flag of the command line into that to give it to `harmolux convert`,
-/// but for the flags that are `known`.
-pub fn advise_conversion(error: Error, known: &[&str]) -> Error {
+/// Turns the advice to say more of a file into that to say it when the file is converted, but for
+/// what can be said here as well.
+pub fn advise_conversion(error: Error, here: &dyn Fn(&Advice) -> bool) -> Error {
     let Error::Input(mut input) = error else { return error };
-    let is_foreign = |help: &mut String| {
-        help.contains("`--") && !known.iter().any(|flag| help.contains(&format!("`{flag}")))
-    };
-    if let Some(help) = input.help.take_if(is_foreign) {
-        let path = input.path.display();
-        input.help =
-            Some(format!("{help}, to `harmolux convert {path} NEW.txt`, and name NEW.txt instead"));
+    let is_foreign = |advice: &mut Advice| *advice != Advice::FitSurface && !here(advice);
+    if let Some(advice) = input.advice.take_if(is_foreign) {
+        let (advice, path) = (Box::new(advice), input.path.clone());
+        input.advice = Some(Advice::Convert { advice, path });
     }
     Error::Input(input)
 }
@@ -94,15 +91,16 @@ pub fn load(path: &Path) -> Result<Vec<u8>> {
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let format = options.format.or_else(|| recognise(path, bytes)).ok_or_else(|| {
         let names: Vec<_> = SeriesFormat::ALL.iter().map(|format| format.name()).collect();
-        let help = format!("say its format with `--from`: {}", names.join(", "));
-        InputError::new(path, "this is no coefficient file that is known here").help(help)
+        let advice = Advice::StateFormat(names.join(", "));
+        InputError::new(path, "this is no coefficient file that is known here").advise(advice)
     })?;
     if options.row.is_some() && format != SeriesFormat::Aics {
         return Err(Error::Parameter(format!(
-            "{}: {} has one shape and no rows: leave out `--row`",
+            "{}: {} has one shape and no rows",
             path.display(),
             format.noun()
-        )));
+        ))
+        .advise(Advice::LeaveOutRow));
     }
     let shape = match format {
         SeriesFormat::Text => shtools_text::parse(path, bytes, options),

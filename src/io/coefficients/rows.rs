@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use crate::error::InputError;
+use crate::error::{Advice, InputError};
 use crate::sh::{Coefficients, Convention};
 use crate::{Error, Result};
 
@@ -96,14 +96,11 @@ pub(super) fn agreed(
                 given.phase.csphase()
             ),
         )
-        .help("leave out `--normalisation` and `--csphase`")
+        .advise(Advice::LeaveOutConvention)
         .into()),
         (Some(convention), _) | (None, Some(convention)) => Ok(convention),
         (None, None) => Err(InputError::new(path, "the file does not say how it is normalised")
-            .help(
-                "say it with `--normalisation 4pi|ortho|schmidt|unnorm` and `--csphase 1|-1` \
-                 (pyshtools writes 4pi and 1 unless told otherwise)",
-            )
+            .advise(Advice::StateConvention)
             .into()),
     }
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use super::ReadOptions;
 use super::rows::{Triangle, agreed, cells, check_place, coefficient, digits, lines, number, text};
-use crate::error::InputError;
+use crate::error::{Advice, InputError};
 use crate::fit::Shape;
 use crate::io::output::SOFTWARE;
 use crate::sh::{CondonShortley, Convention, Normalisation};
@@ -68,7 +68,7 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
     let (first, at) = lines.next().unwrap_or(("", 1));
     let header = Header::read(first).ok_or_else(|| {
         let message = "a SHADR table begins with eight numbers: radius, GM, error, degree, order, normalisation, longitude, latitude";
-        InputError::new(path, message).at(at, None).help("read a table without header with `--from text`")
+        InputError::new(path, message).at(at, None).advise(Advice::ReadAsText)
     })?;
     let convention = agreed(path, "the header says", header.convention(), options.convention)?;
     let mut triangle = Triangle::new(convention);
@@ -204,7 +204,7 @@ mod tests {
     fn broken_tables_are_refused() {
         for (text, expected) in [
             (String::new(), "a.tab:1: a SHADR table begins with eight numbers"),
-            (ROWS.to_owned(), "`--from text`"),
+            (ROWS.to_owned(), "read a table without header as text"),
             (HEADER.to_owned(), "there are no coefficients here"),
             (
                 format!("{HEADER}0,0,1,0\r\n"),

@@ -17,7 +17,7 @@ use std::path::Path;
 
 use super::rows::{agreed, coefficient, digits, text};
 use super::{ReadOptions, SeriesFormat};
-use crate::error::InputError;
+use crate::error::{Advice, InputError};
 use crate::fit::Shape;
 use crate::sh::{Coefficients, RadialPart, positions, radius_of};
 use crate::{Error, Result};
@@ -99,8 +99,7 @@ fn check_radial(
         "this set of x, y and z is no radial shape: its points lie {:.2} % of the radius from where their directions say (RMS)",
         100.0 * part.residual / size
     );
-    let help = "write its surface as a mesh (SPHARM-PDM makes a .vtk file of it) and fit that with `harmolux fit`";
-    Err(InputError::new(path, message).help(help).into())
+    Err(InputError::new(path, message).advise(Advice::FitSurface).into())
 }
 
 /// Finds the unit of the last decimal, from the longest plain decimal fraction; 0, exact, where a number has an exponent or none has the
@@ -265,7 +264,7 @@ mod tests {
         let message = refusal(&stretched);
         // The root of 2/9 by 4/3: see the test of `sh::radius_of`.
         assert!(message.contains("its points lie 35.36 % of the radius from"), "{message}");
-        assert!(message.contains("harmolux fit"));
+        assert!(message.contains("and fit that"));
     }
 
     #[test]

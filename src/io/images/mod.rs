@@ -4,8 +4,7 @@ mod exr;
 mod png;
 
 pub use exr::{Attribute, Computed, Exr, computed_colour};
-pub(crate) use png::NOT_FINITE;
-pub use png::{Png, auto_exposure, encode_png, png};
+pub use png::{NOT_FINITE, Png, auto_exposure, encode_png, png};
 
 use crate::{Error, Result};
 

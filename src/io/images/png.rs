@@ -1,16 +1,13 @@
 //! 8-bit sRGB PNG from linear Rec. 709 pixels: the value is multiplied by an exposure, clamped to 0..1 and encoded by the transfer
 //! function of IEC 61966-2-1. No tone curve, so what is shown stays proportional to what was computed.
 
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
-
 use super::check_size;
 use crate::io::output::SOFTWARE;
 use crate::math::Rgb;
 use crate::{Error, Result};
 
 /// What is painted where a pixel is not finite: a magenta that no exposure of a scene gives by accident.
-pub(crate) const NOT_FINITE: [u8; 3] = [255, 0, 255];
+pub const NOT_FINITE: [u8; 3] = [255, 0, 255];
 
 /// The luminance to which the geometric mean of an image is exposed: the grey card of photography.
 const MIDDLE_GREY: f64 = 0.18;
@@ -75,36 +72,35 @@ pub fn encode_png(width: usize, height: usize, samples: &[u8]) -> Result<Vec<u8>
         return Err(Error::Parameter(format!("an image of {width} x {height} is no PNG")));
     };
     let mut bytes = Vec::new();
-    PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
-        .write_image(samples, columns, rows, ExtendedColorType::Rgb8)
+    write(&mut bytes, columns, rows, samples)
         .map_err(|e| Error::Numeric(format!("the PNG encoder failed: {e}")))?;
-    // The encoder writes no text; the chunks go where they must, straight after the 8 + 25 bytes of signature and header.
-    let text = [b"Software\0", SOFTWARE.as_bytes()].concat();
-    let chunks = [chunk(*b"sRGB", &[0]), chunk(*b"tEXt", &text)].concat();
-    bytes.splice(33..33, chunks);
     Ok(bytes)
 }
 
-/// Frames data as a PNG chunk: length, type, data, checksum of type and data.
-fn chunk(kind: [u8; 4], data: &[u8]) -> Vec<u8> {
-    let body = [&kind, data].concat();
-    let length = (data.len() as u32).to_be_bytes();
-    [&length, body.as_slice(), &crc32(&body).to_be_bytes()].concat()
-}
-
-/// Computes the CRC-32 of the PNG specification, annex D, bit by bit: it sees a few dozen bytes an image.
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(u32::MAX, |crc, byte| {
-        (0..8).fold(crc ^ u32::from(*byte), |c, _| {
-            if c & 1 == 1 { 0xedb8_8320 ^ (c >> 1) } else { c >> 1 }
-        })
-    })
+fn write(
+    bytes: &mut Vec<u8>,
+    columns: u32,
+    rows: u32,
+    samples: &[u8],
+) -> Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(bytes, columns, rows);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Balanced);
+    encoder.set_filter(png::Filter::Adaptive);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.add_text_chunk("Software".to_owned(), SOFTWARE.to_owned())?;
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(samples)?;
+    writer.finish()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::io::output::{Kind, Output};
+    use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+    use image::{ExtendedColorType, ImageEncoder};
 
     fn decoded(bytes: &[u8]) -> image::RgbImage {
         image::load_from_memory(bytes).expect("a PNG").into_rgb8()
@@ -174,9 +170,28 @@ mod tests {
     }
 
     #[test]
-    fn checksum_is_that_of_the_specification() {
-        assert_eq!(crc32(b"IEND"), 0xae42_6082);
-        assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
+    fn chunks_say_srgb_and_this_program() {
+        let bytes = encode_png(2, 1, &[0, 1, 2, 253, 254, 255]).expect("made");
+        // After the 8 + 25 bytes of signature and header: lengths, kinds, contents, checksums.
+        assert_eq!(bytes[33..46], *b"\0\0\0\x01sRGB\0\xae\xce\x1c\xe9");
+        let text = [b"tEXtSoftware\0", SOFTWARE.as_bytes()].concat();
+        let length = (text.len() - 4) as u32;
+        assert_eq!(bytes[46..50], length.to_be_bytes());
+        assert_eq!(bytes[50..50 + text.len()], text);
+        let end = 50 + text.len() + 4;
+        assert_eq!(bytes[end + 4..end + 8], *b"IDAT");
+    }
+
+    #[test]
+    fn pixels_are_packed_as_by_the_encoder_of_crate_image() {
+        let samples: Vec<u8> = (0..3 * 67 * 31_u32).map(|i| (i * i >> 5) as u8).collect();
+        let mut expected = Vec::new();
+        PngEncoder::new_with_quality(&mut expected, CompressionType::Default, FilterType::Adaptive)
+            .write_image(&samples, 67, 31, ExtendedColorType::Rgb8)
+            .expect("made");
+        let mut bytes = encode_png(67, 31, &samples).expect("made");
+        bytes.drain(33..33 + 13 + 12 + 9 + SOFTWARE.len());
+        assert_eq!(bytes, expected);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::io::Write;
 use glam::DVec3;
 
 use super::MeshFormat;
+use super::ply::writer::{self, COLOUR, CORNERS, Element, POSITION, put_triangle};
 use crate::io::output::SOFTWARE;
 use crate::mesh::Mesh;
 use crate::{Error, Result};
@@ -58,18 +59,26 @@ pub fn encode_ply(mesh: &Mesh, colours: Option<MeshColours>) -> Result<Vec<u8>> 
     };
     check_number(of_vertices, mesh.positions().len(), "vertices")?;
     check_number(of_faces, mesh.triangles().len(), "faces")?;
-    let mut bytes = ply_header(mesh, of_vertices.is_some(), of_faces.is_some()).into_bytes();
-    bytes.reserve_exact(27 * mesh.positions().len() + 16 * mesh.triangles().len());
-    for (i, p) in mesh.positions().iter().enumerate() {
-        bytes.extend(p.to_array().iter().flat_map(|x| x.to_le_bytes()));
-        bytes.extend(of_vertices.iter().flat_map(|colours| colours[i]));
-    }
-    for (i, triangle) in mesh.triangles().iter().enumerate() {
-        bytes.push(3);
-        bytes.extend(triangle.iter().flat_map(|v| v.to_le_bytes()));
-        bytes.extend(of_faces.iter().flat_map(|colours| colours[i]));
-    }
-    Ok(bytes)
+    let coloured = |colours: Option<_>| colours.map_or(&[][..], |_| &COLOUR);
+    let vertices = Element {
+        name: "vertex",
+        count: mesh.positions().len(),
+        properties: [&POSITION, coloured(of_vertices)].concat(),
+        row: &|i, bytes| {
+            bytes.extend(mesh.positions()[i].to_array().iter().flat_map(|x| x.to_le_bytes()));
+            bytes.extend(of_vertices.iter().flat_map(|colours| colours[i]));
+        },
+    };
+    let faces = Element {
+        name: "face",
+        count: mesh.triangles().len(),
+        properties: [&[CORNERS], coloured(of_faces)].concat(),
+        row: &|i, bytes| {
+            put_triangle(mesh.triangles()[i], bytes);
+            bytes.extend(of_faces.iter().flat_map(|colours| colours[i]));
+        },
+    };
+    Ok(writer::encode("", &[vertices, faces]))
 }
 
 fn check_number(colours: Option<&[[u8; 3]]>, wanted: usize, what: &str) -> Result<()> {
@@ -80,20 +89,6 @@ fn check_number(colours: Option<&[[u8; 3]]>, wanted: usize, what: &str) -> Resul
         ))),
         _ => Ok(()),
     }
-}
-
-fn ply_header(mesh: &Mesh, vertices_coloured: bool, faces_coloured: bool) -> String {
-    const COLOUR: &str = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
-    let colour = |coloured| if coloured { COLOUR } else { "" };
-    format!(
-        "ply\nformat binary_little_endian 1.0\ncomment {SOFTWARE}\n\
-         element vertex {}\nproperty double x\nproperty double y\nproperty double z\n{}\
-         element face {}\nproperty list uchar uint vertex_indices\n{}end_header\n",
-        mesh.positions().len(),
-        colour(vertices_coloured),
-        mesh.triangles().len(),
-        colour(faces_coloured)
-    )
 }
 
 fn obj(mesh: &Mesh) -> Vec<u8> {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::io::output::SOFTWARE;
+use super::ply::writer::{self, COLOUR, CORNERS, Element, POSITION, put_triangle};
 use crate::{Error, Result};
 
 /// Holds samples of a surface; every list but the faces has an entry for each position.
@@ -29,21 +29,31 @@ impl SurfaceSamples<'_> {
     /// [`Error::Parameter`] when a list has another length than the positions, a name or the comment is none, or a face names a sample that is not there.
     pub fn encode_ply(&self) -> Result<Vec<u8>> {
         self.check()?;
-        let mut bytes = self.header().into_bytes();
-        bytes.reserve_exact(
-            (39 + 4 * self.values.len()) * self.positions.len() + 13 * self.faces.len(),
-        );
-        for (i, position) in self.positions.iter().enumerate() {
-            bytes.extend(position.to_array().iter().flat_map(|x| x.to_le_bytes()));
-            bytes.extend(self.normals[i].as_vec3().to_array().iter().flat_map(|x| x.to_le_bytes()));
-            bytes.extend(self.values.iter().flat_map(|(_, v)| (v[i] as f32).to_le_bytes()));
-            bytes.extend(self.colours[i]);
-        }
-        for face in self.faces {
-            bytes.push(3);
-            bytes.extend(face.iter().flat_map(|v| v.to_le_bytes()));
-        }
-        Ok(bytes)
+        let floats =
+            ["nx", "ny", "nz"].into_iter().chain(self.values.iter().map(|(name, _)| *name));
+        let floats: Vec<_> = floats.map(|name| ["float", name]).collect();
+        let vertices = Element {
+            name: "vertex",
+            count: self.positions.len(),
+            properties: [&POSITION, &floats[..], &COLOUR].concat(),
+            row: &|i, bytes| self.row(i, bytes),
+        };
+        let faces = Element {
+            name: "face",
+            count: self.faces.len(),
+            properties: vec![CORNERS],
+            row: &|i, bytes| put_triangle(self.faces[i], bytes),
+        };
+        let elements = [vertices, faces];
+        let cloud = self.faces.is_empty();
+        Ok(writer::encode(&self.comment, if cloud { &elements[..1] } else { &elements }))
+    }
+
+    fn row(&self, i: usize, bytes: &mut Vec<u8>) {
+        bytes.extend(self.positions[i].to_array().iter().flat_map(|x| x.to_le_bytes()));
+        bytes.extend(self.normals[i].as_vec3().to_array().iter().flat_map(|x| x.to_le_bytes()));
+        bytes.extend(self.values.iter().flat_map(|(_, v)| (v[i] as f32).to_le_bytes()));
+        bytes.extend(self.colours[i]);
     }
 
     fn check(&self) -> Result<()> {
@@ -71,34 +81,6 @@ impl SurfaceSamples<'_> {
             )));
         }
         Ok(())
-    }
-
-    fn header(&self) -> String {
-        use std::fmt::Write;
-        let mut text = format!("ply\nformat binary_little_endian 1.0\ncomment {SOFTWARE}\n");
-        // Writing into a String cannot fail.
-        if !self.comment.is_empty() {
-            let _ = writeln!(text, "comment {}", self.comment);
-        }
-        let _ = writeln!(text, "element vertex {}", self.positions.len());
-        let floats =
-            ["nx", "ny", "nz"].into_iter().chain(self.values.iter().map(|(name, _)| *name));
-        for (kind, name) in ["x", "y", "z"]
-            .into_iter()
-            .map(|name| ("double", name))
-            .chain(floats.map(|name| ("float", name)))
-            .chain(["red", "green", "blue"].map(|name| ("uchar", name)))
-        {
-            let _ = writeln!(text, "property {kind} {name}");
-        }
-        if !self.faces.is_empty() {
-            let _ = writeln!(
-                text,
-                "element face {}\nproperty list uchar uint vertex_indices",
-                self.faces.len()
-            );
-        }
-        text + "end_header\n"
     }
 }
 

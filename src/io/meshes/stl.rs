@@ -12,6 +12,7 @@ use glam::DVec3;
 use super::parts::Parts;
 use super::source::{Source, not_finite, number, shown};
 use super::welding::Welding;
+use crate::io::bytes::{field, number_at};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 
@@ -32,7 +33,7 @@ pub(super) fn is_text(head: &[u8]) -> bool {
 
 /// Gives the number of facets that the header of a binary file announces.
 fn announced(head: &[u8]) -> Option<u32> {
-    head.get(80..84).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+    number_at(head, 80)
 }
 
 /// Reads the content of an STL file.
@@ -85,10 +86,7 @@ fn parse_binary(source: &mut Source, count: u32) -> Result<Mesh> {
 }
 
 fn position_at(facet: &[u8; FACET as usize], at: usize) -> DVec3 {
-    let coordinate = |i: usize| {
-        let b = &facet[at + 4 * i..at + 4 * i + 4];
-        f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-    };
+    let coordinate = |i: usize| f64::from(field::<f32>(facet, at + 4 * i));
     DVec3::new(coordinate(0), coordinate(1), coordinate(2))
 }
 

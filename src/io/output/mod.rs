@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use crate::error::Advice;
 use crate::{Error, Result};
 
 pub use claim::Claim;
@@ -157,7 +158,7 @@ impl Output {
             Mark::Nothing => format!("{name} cannot say whether this program wrote it"),
             _ => format!("the file that stands there was not written by this program as {name}"),
         };
-        refuse(&format!("{why}: choose another name, or replace it with `--force`"))
+        refuse(&why).map_err(|e| e.advise(Advice::Overwrite))
     }
 
     fn head(&self) -> Result<Vec<u8>> {
@@ -268,7 +269,7 @@ mod tests {
         let (_folder, path) = folder_with(Some(FOREIGN));
         let message = refusal(&path, &Kind::COEFFICIENTS, false);
         assert!(message.starts_with(&path.display().to_string()), "{message}");
-        assert!(message.ends_with("choose another name, or replace it with `--force`"));
+        assert!(message.ends_with("choose another name, or have it replaced"));
         assert_eq!(fs::read(&path).expect("there"), FOREIGN);
         open(&path, true).expect("forced").write(b"new").expect("written");
         assert_eq!(fs::read(&path).expect("there"), b"new");
@@ -281,7 +282,7 @@ mod tests {
         fs::write(&path, "degree,energy\n0,1\n").expect("writable");
         assert!(Output::open(&path, &Kind::csv(b"degree,energy\n".into()), false).is_ok());
         let message = refusal(&path, &Kind::csv(b"degree,energy,error\n".into()), false);
-        assert!(message.contains("--force"), "{message}");
+        assert!(message.contains("have it replaced"), "{message}");
     }
 
     #[test]

@@ -28,10 +28,10 @@ pub enum Subject<'a> {
 }
 
 /// Holds what two shapes differ in. The first of a pair is always about the first shape.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub struct Comparison {
     /// The radial difference; else why there is none.
-    pub radial: Result<RadialDifference, String>,
+    pub radial: Result<RadialDifference>,
     /// The two-sided Hausdorff distance.
     pub hausdorff: Hausdorff,
     /// The angles between the normals at nearest points.

@@ -6,13 +6,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Subject;
-use crate::Result;
 use crate::fit::Shape;
 use crate::fit::{RadialMesh, fit_error, project_conforming, star};
 use crate::math::Ray;
 use crate::mesh::{Mesh, MeshReport};
 use crate::sh::{Grid, difference, synthesis};
 use crate::surface::{MeshSurface, Surface};
+use crate::{Error, Result};
 
 /// Holds the difference of two radii over all directions, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,11 +35,7 @@ const OVERSAMPLING: usize = 4;
 const ONE_CENTRE: f64 = 1e-9;
 
 /// Compares radii; the inner error is the reason why that is not possible.
-pub(super) fn radial(
-    a: Subject,
-    b: Subject,
-    centre: DVec3,
-) -> Result<Result<RadialDifference, String>> {
+pub(super) fn radial(a: Subject, b: Subject, centre: DVec3) -> Result<Result<RadialDifference>> {
     match (a, b) {
         (Subject::Series(a), Subject::Series(b)) => of_series(a, b),
         (Subject::Series(a), Subject::Mesh(b)) => of_both(a, b),
@@ -54,11 +50,11 @@ fn swapped(difference: RadialDifference) -> RadialDifference {
 }
 
 /// RMS by Parseval's theorem, the largest on a grid.
-fn of_series(a: &Shape, b: &Shape) -> Result<Result<RadialDifference, String>> {
+fn of_series(a: &Shape, b: &Shape) -> Result<Result<RadialDifference>> {
     let [fa, fb] = [&a.coefficients, &b.coefficients];
     let apart = a.centre.distance(b.centre);
     if apart > ONE_CENTRE * fa.mean() {
-        return Ok(Err(format!("their centres are {apart:.3e} m apart")));
+        return Ok(Err(Error::Geometry(format!("their centres are {apart:.3e} m apart"))));
     }
     let lmax = fa.lmax().max(fb.lmax());
     let apart = difference(fa, fb);
@@ -73,7 +69,7 @@ fn of_series(a: &Shape, b: &Shape) -> Result<Result<RadialDifference, String>> {
 }
 
 /// By quadrature on the faces.
-fn of_both(shape: &Shape, mesh: &Mesh) -> Result<Result<RadialDifference, String>> {
+fn of_both(shape: &Shape, mesh: &Mesh) -> Result<Result<RadialDifference>> {
     if let Err(reason) = usable(mesh, shape.centre) {
         return Ok(Err(reason));
     }
@@ -88,10 +84,11 @@ fn of_both(shape: &Shape, mesh: &Mesh) -> Result<Result<RadialDifference, String
 }
 
 /// By rays from the centre.
-fn of_meshes(a: &Mesh, b: &Mesh, centre: DVec3) -> Result<Result<RadialDifference, String>> {
+fn of_meshes(a: &Mesh, b: &Mesh, centre: DVec3) -> Result<Result<RadialDifference>> {
     for (name, mesh) in [("first", a), ("second", b)] {
         if let Err(reason) = usable(mesh, centre) {
-            return Ok(Err(format!("the {name}: {reason}")));
+            let named = |e| Error::Geometry(format!("the {name}: {e}"));
+            return Ok(Err(reason.map(named)));
         }
     }
     let [a, b] = [MeshSurface::new(a.clone())?, MeshSurface::new(b.clone())?];
@@ -115,7 +112,7 @@ fn of_meshes(a: &Mesh, b: &Mesh, centre: DVec3) -> Result<Result<RadialDifferenc
 }
 
 /// Says why a mesh has no radius about a centre, if it has none.
-fn usable(mesh: &Mesh, centre: DVec3) -> Result<(), String> {
-    MeshReport::of(mesh).require_closed().map_err(|e| e.to_string())?;
-    star::require(mesh, centre).map(drop).map_err(|e| e.to_string())
+fn usable(mesh: &Mesh, centre: DVec3) -> Result<()> {
+    MeshReport::of(mesh).require_closed()?;
+    star::require(mesh, centre).map(drop)
 }

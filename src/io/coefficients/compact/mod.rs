@@ -33,6 +33,7 @@ use glam::DVec3;
 use self::model::{Law, Place};
 use crate::error::InputError;
 use crate::fit::{Shape, Source, SourceHash};
+use crate::io::bytes::{Cursor, Number, field};
 use crate::sh::Coefficients;
 use crate::{Error, Result};
 
@@ -222,7 +223,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Shape> {
     let start = MAGIC.len() + 1;
     let (content, check) =
         bytes[start..].split_last_chunk::<CHECK>().ok_or_else(|| broken("the file is cut off"))?;
-    if crc32fast::hash(&bytes[..start + content.len()]) != u32::from_le_bytes(*check) {
+    if crc32fast::hash(&bytes[..start + content.len()]) != field::<u32>(check, 0) {
         return Err(broken("the file is damaged or cut off: its checksum does not fit"));
     }
     read_content(content, bytes.len()).map_err(|message| broken(&message))
@@ -250,8 +251,8 @@ fn check_start(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// Reads what lies between the version and the checksum; `size` is that of the whole file.
 fn read_content(content: &[u8], size: usize) -> Result<Shape, String> {
-    let mut fields = Fields(content);
-    let [flags] = fields.take()?;
+    let mut fields = Fields(Cursor(content));
+    let flags: u8 = fields.take()?;
     if flags > HAS_SOURCE | IS_CUT | HAS_CENTRE {
         return Err(format!("the flags {flags:#x} are not known"));
     }
@@ -271,19 +272,17 @@ fn read_content(content: &[u8], size: usize) -> Result<Shape, String> {
 }
 
 /// Holds what is yet to be read.
-struct Fields<'a>(&'a [u8]);
+struct Fields<'a>(Cursor<'a>);
 
 impl Fields<'_> {
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], String> {
-        let (field, rest) = self.0.split_first_chunk::<N>().ok_or("the header is cut off")?;
-        self.0 = rest;
-        Ok(*field)
+    fn take<T: Number>(&mut self) -> Result<T, String> {
+        self.0.number().ok_or_else(|| "the header is cut off".to_owned())
     }
 
     fn number(&mut self) -> Result<u64, String> {
         let mut number = 0;
         for shift in (0..63).step_by(7) {
-            let [byte] = self.take()?;
+            let byte: u8 = self.take()?;
             number |= u64::from(byte & 0x7f) << shift;
             if byte < 0x80 {
                 return Ok(number);
@@ -298,29 +297,28 @@ impl Fields<'_> {
     }
 
     fn centre(&mut self) -> Result<DVec3, String> {
-        let centre = [self.take()?, self.take()?, self.take()?].map(f64::from_le_bytes);
+        let centre = [self.take()?, self.take()?, self.take()?];
         let centre = DVec3::from_array(centre);
         if centre.is_finite() { Ok(centre) } else { Err("the centre is not finite".into()) }
     }
 
     fn source(&mut self) -> Result<Source, String> {
-        let hash = SourceHash(u64::from_le_bytes(self.take()?));
+        let hash = SourceHash(self.take()?);
         let length = self.degree()?;
-        let (name, rest) = self.0.split_at_checked(length).ok_or("the name is cut off")?;
+        let name = self.0.take(length).ok_or("the name is cut off")?;
         let name = std::str::from_utf8(name).map_err(|_| "the name of the source is not UTF-8")?;
-        self.0 = rest;
         Ok(Source { name: name.to_owned(), hash })
     }
 
     fn coefficients(&mut self, lmax: usize) -> Result<Coefficients, String> {
-        let law = Law::from_bytes(self.take()?);
-        let number = u16::from_le_bytes(self.take()?);
+        let law = Law::from_bytes([self.take()?, self.take()?]);
+        let number = self.take()?;
         if !quantise::is_step(number) {
             return Err("the step is not a positive number".into());
         }
         let step = quantise::step(number);
         let mean = unzigzag(self.number()?);
-        let numbers = stream::read(self.0, lmax, law).ok_or("the coefficients make no sense")?;
+        let numbers = stream::read(self.0.0, lmax, law).ok_or("the coefficients make no sense")?;
         let mut pairs = Coefficients::zeros(lmax);
         pairs.set(0, 0, mean as f64 * step, 0.0);
         for (place, number) in Place::all(lmax).zip(numbers) {

@@ -8,6 +8,7 @@ use exr::math::{RoundingMode, Vec2};
 use exr::meta::attribute::{LevelMode, SampleType};
 use exr::meta::header::Header;
 
+use crate::io::bytes::number_at;
 use crate::io::output::ReadWriteSeek;
 
 /// Where samples come from when they are written.
@@ -87,7 +88,6 @@ fn attribute_length(bytes: &[u8]) -> Option<usize> {
     let zero = |from: usize| Some(from + bytes.get(from..)?.iter().position(|b| *b == 0)?);
     let name = zero(0).filter(|end| *end > 0)?;
     let kind = zero(name + 1)?;
-    let size = bytes.get(kind + 1..kind + 5)?.try_into().ok()?;
-    let length = kind + 5 + u32::from_le_bytes(size) as usize;
+    let length = kind + 5 + number_at::<u32>(bytes, kind + 1)? as usize;
     (length <= bytes.len()).then_some(length)
 }

@@ -12,6 +12,7 @@ use glam::DVec3;
 
 use super::document::{Accessor, Document};
 use super::{broken, item};
+use crate::io::bytes::field;
 use crate::io::meshes::source::Source;
 use crate::{Error, Result};
 
@@ -190,12 +191,12 @@ fn width(component: u32) -> Option<usize> {
 /// Reads one number; integers of normalised accessors reach from 0 or -1 to 1.
 fn real(accessor: &Accessor, b: &[u8]) -> f64 {
     let (value, largest) = match accessor.component_type {
-        I8 => (f64::from(i8::from_le_bytes([b[0]])), 127.0),
+        I8 => (f64::from(field::<i8>(b, 0)), 127.0),
         U8 => (f64::from(b[0]), 255.0),
-        I16 => (f64::from(i16::from_le_bytes([b[0], b[1]])), 32_767.0),
-        U16 => (f64::from(u16::from_le_bytes([b[0], b[1]])), 65_535.0),
-        U32 => (f64::from(u32::from_le_bytes([b[0], b[1], b[2], b[3]])), 4_294_967_295.0),
-        _ => return f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        I16 => (f64::from(field::<i16>(b, 0)), 32_767.0),
+        U16 => (f64::from(field::<u16>(b, 0)), 65_535.0),
+        U32 => (f64::from(field::<u32>(b, 0)), 4_294_967_295.0),
+        _ => return f64::from(field::<f32>(b, 0)),
     };
     if accessor.normalized { (value / largest).max(-1.0) } else { value }
 }

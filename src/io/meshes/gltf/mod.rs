@@ -15,6 +15,7 @@ use std::borrow::Cow;
 
 use super::source::Source;
 use crate::error::InputError;
+use crate::io::bytes::number_at;
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 use assembly::Assembly;
@@ -65,12 +66,12 @@ impl<'a> Container<'a> {
     fn of(source: &Source, bytes: &'a [u8]) -> Result<Self> {
         let help = "the file is cut short or damaged; export it again";
         let broken = |what: &str| source.fault(format!("binary glTF {what}"), help);
-        let version = word(bytes, 4).ok_or_else(|| broken("without a header"))?;
+        let version = number_at::<u32>(bytes, 4).ok_or_else(|| broken("without a header"))?;
         if version != 2 {
             let message = format!("binary glTF of version {version}");
             return Err(source.fault(message, "export it as glTF 2.0"));
         }
-        let length = word(bytes, 8).map(|n| n as usize);
+        let length = number_at::<u32>(bytes, 8).map(|n| n as usize);
         let whole = length.and_then(|n| bytes.get(..n)).ok_or_else(|| {
             broken(&format!(
                 "that says it has {} bytes and has {}",
@@ -90,14 +91,9 @@ impl<'a> Container<'a> {
 
 /// Gives the content of a chunk, and where the next one begins.
 fn chunk<'a>(bytes: &'a [u8], at: usize, kind: &[u8]) -> Option<(&'a [u8], usize)> {
-    let length = word(bytes, at)? as usize;
+    let length = number_at::<u32>(bytes, at)? as usize;
     let content = bytes.get(at + 8..)?.get(..length)?;
     (bytes[at + 4..at + 8] == *kind).then_some((content, at + 8 + length))
-}
-
-fn word(bytes: &[u8], at: usize) -> Option<u32> {
-    let b = bytes.get(at..at + 4)?;
-    Some(u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
 }
 
 fn read_document<'a>(source: &Source, parts: &Container<'a>) -> Result<Document<'a>> {

@@ -5,6 +5,7 @@
 
 mod header;
 mod rows;
+pub(super) mod writer;
 
 use glam::DVec3;
 

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::header::{Element, Encoding, Scalar, Shape};
 use crate::error::InputError;
+use crate::io::bytes::field;
 use crate::io::meshes::source::{Source, number, shown};
 use crate::{Error, Result};
 
@@ -246,15 +247,14 @@ impl<'r, 'a> Rows<'r, 'a> {
 
 /// Reads a number from its bytes, the least significant first.
 fn decode(scalar: Scalar, raw: [u8; 8]) -> Value {
-    let [a, b, c, d, ..] = raw;
     match scalar {
-        Scalar::I8 => Value::Whole(i8::from_le_bytes([a]).into()),
-        Scalar::U8 => Value::Whole(a.into()),
-        Scalar::I16 => Value::Whole(i16::from_le_bytes([a, b]).into()),
-        Scalar::U16 => Value::Whole(u16::from_le_bytes([a, b]).into()),
-        Scalar::I32 => Value::Whole(i32::from_le_bytes([a, b, c, d]).into()),
-        Scalar::U32 => Value::Whole(u32::from_le_bytes([a, b, c, d]).into()),
-        Scalar::F32 => Value::Real(f32::from_le_bytes([a, b, c, d]).into()),
-        Scalar::F64 => Value::Real(f64::from_le_bytes(raw)),
+        Scalar::I8 => Value::Whole(field::<i8>(&raw, 0).into()),
+        Scalar::U8 => Value::Whole(field::<u8>(&raw, 0).into()),
+        Scalar::I16 => Value::Whole(field::<i16>(&raw, 0).into()),
+        Scalar::U16 => Value::Whole(field::<u16>(&raw, 0).into()),
+        Scalar::I32 => Value::Whole(field::<i32>(&raw, 0).into()),
+        Scalar::U32 => Value::Whole(field::<u32>(&raw, 0).into()),
+        Scalar::F32 => Value::Real(field::<f32>(&raw, 0).into()),
+        Scalar::F64 => Value::Real(field::<f64>(&raw, 0)),
     }
 }

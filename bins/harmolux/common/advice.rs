@@ -1,0 +1,47 @@
+//! What the library advises, in the flags of the command line.
+
+use harmolux::Error;
+use harmolux::error::Advice;
+
+/// Returns the text of an error, its advice in flags.
+pub(crate) fn told(error: &Error) -> String {
+    error.told(&in_flags)
+}
+
+const ANEW: &str = "begin anew with `--force` and without `--resume`";
+const CONVENTION: &str = "`--normalisation 4pi|ortho|schmidt|unnorm` and `--csphase 1|-1`";
+
+fn in_flags(advice: &Advice) -> String {
+    match advice {
+        Advice::Overwrite => "choose another name, or replace it with `--force`".to_owned(),
+        Advice::BeginAnew(first) => format!("{}{ANEW}", first.unwrap_or("")),
+        Advice::KeepLargestPiece => "keep one piece alone \
+            (`harmolux check --repair --largest-piece -o FILE` writes it)"
+            .to_owned(),
+        Advice::FitEnvelope => "`harmolux fit --not-star outermost` (or first, mean) \
+            fits an envelope of a mesh with small folds"
+            .to_owned(),
+        Advice::AcceptFolds => {
+            "raise `--not-star-limit`, give another centre, or cut the mesh in parts".to_owned()
+        }
+        Advice::FitSurface => format!("{advice} with `harmolux fit`"),
+        Advice::StateFormat(names) => format!("say its format with `--from`: {names}"),
+        Advice::ReadAsText => "read a table without header with `--from text`".to_owned(),
+        Advice::StateConvention => {
+            format!("say it with {CONVENTION} (pyshtools writes 4pi and 1 unless told otherwise)")
+        }
+        Advice::LeaveOutConvention => "leave out `--normalisation` and `--csphase`".to_owned(),
+        Advice::CompleteComments { key, example } => format!(
+            "add a line as `# {key}: {example}`, or remove all comments and give {CONVENTION}"
+        ),
+        Advice::LeaveOutUnit => "leave out `--unit`".to_owned(),
+        Advice::ChooseRow => "choose one with `--row`, counted from 1".to_owned(),
+        Advice::LeaveOutRow => "leave out `--row`".to_owned(),
+        Advice::Convert { advice, path } => {
+            let (advice, path) = (in_flags(advice), path.display());
+            format!("{advice}, to `harmolux convert {path} NEW.txt`, and name NEW.txt instead")
+        }
+        // Advice that knows no flag.
+        other => other.to_string(),
+    }
+}
