@@ -1,5 +1,5 @@
-//! First hits and occlusion on the head, random chords of its bounding ball, and in a hall of many heads, random chords of the hall;
-//! one thread: `cargo bench --bench rays`.
+//! First hits and occlusion on the head, random chords of its bounding ball, and in a hall of many
+//! heads, random chords of the hall; one thread: `cargo bench --bench rays`.
 //!
 //! Peer: Embree's rtcIntersect1 and rtcOccluded1 on data/head.obj with random chords.
 
@@ -85,7 +85,8 @@ fn hall(heads: usize) -> Scene {
     let head = Arc::new(body(16, Intersector::default()));
     let mut objects = vec![Object::new("hall", walls.turned_inward(true), grey.clone())];
     objects.extend((0..heads).map(|i| {
-        // Three times its size, a head reaches 0.42 m at most; neighbours stand at different heights.
+        // Three times its size, a head reaches 0.42 m at most; neighbours stand at different
+        // heights.
         let at = DVec3::new((i % 31) as f64, (i / 31 % 31) as f64, 0.25 * (i % 7) as f64) + 0.75;
         let turn = DQuat::from_rotation_z(i as f64);
         let placement = Placement::new(turn, 3.0, at).expect("valid");

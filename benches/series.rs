@@ -1,4 +1,5 @@
-//! Values and gradients of a series at scattered directions, one thread: `cargo bench --bench series`.
+//! Values and gradients of a series at scattered directions, one thread: `cargo bench --bench
+//! series`.
 //!
 //! Peers: ducc0's synthesis_general and sphericart at the same degree and points.
 

@@ -1,4 +1,5 @@
-//! The one error of the library, sorted by who must act: the author of a file, of a shape, the caller, or the machine.
+//! The one error of the library, sorted by who must act: the author of a file, of a shape, the
+//! caller, or the machine.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -145,7 +146,7 @@ impl Advice {
     }
 }
 
-/// Tells where in a file an unusable thing stands, what was found and what would do instead.
+/// Describes where in a file an unusable thing stands, what was found and what would do instead.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InputError {
     /// The file.

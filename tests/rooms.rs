@@ -1,4 +1,5 @@
-//! Holds the sources to the rooms and arrows of docs/architecture.md: a room names only the rooms it may.
+//! Holds the sources to the rooms and arrows of docs/architecture.md: a room names only the rooms
+//! it may.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -1,5 +1,6 @@
-//! Shows what ten million triangles take: makes them as a file of each format, reads it, examines it and tests it for star shape,
-//! each in a process of its own, and prints the peak of its memory beside that of the mesh (24 B a vertex, 12 B a face).
+//! Shows what ten million triangles take: makes them as a file of each format, reads it, examines
+//! it and tests it for star shape, each in a process of its own, and prints the peak of its memory
+//! beside that of the mesh (24 B a vertex, 12 B a face).
 //!
 //!     cargo run --release --example big_mesh              # Linux; 0.6 GB of disk and 0.7 GB of memory
 //!     cargo run --release --example big_mesh -- 0.1       # a tenth of it
@@ -30,7 +31,8 @@ fn main() -> Outcome<()> {
     let ball = Ball::new(share);
     let folder = tempfile::tempdir()?;
     println!(
-        "| file | bytes | read, s | report, s | star, s | peak after each, MB | mesh, MB | peak / mesh |"
+        "| file | bytes | read, s | report, s | star, s | peak after each, MB | mesh, MB | peak / \
+         mesh |"
     );
     println!("|---|---|---|---|---|---|---|---|");
     for extension in ["ply", "stl", "obj"] {
@@ -75,7 +77,7 @@ fn examine(path: &Path) -> Outcome<()> {
     Ok(())
 }
 
-/// Gives the most memory this process has had, bytes.
+/// Returns the most memory this process has had, bytes.
 fn peak() -> Outcome<f64> {
     let status = fs::read_to_string("/proc/self/status")?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:")).ok_or("no VmHWM in the status")?;
@@ -113,7 +115,8 @@ impl Ball {
         radius * DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
     }
 
-    /// Gives face `number`: those at the upper pole, two for each cell between the rings, those at the lower pole.
+    /// Returns face `number`: those at the upper pole, two for each cell between the rings, those
+    /// at the lower pole.
     fn face(&self, number: u32) -> [u32; 3] {
         let columns = self.columns;
         let at = |ring: u32, column: u32| 1 + ring * columns + column % columns;

@@ -1,11 +1,13 @@
-//! Kills a render twenty times at random moments, resumes it each time, and compares the picture with that of a run left alone: to the bit.
+//! Kills a render twenty times at random moments, resumes it each time, and compares the picture
+//! with that of a run left alone: to the bit.
 //!
 //! ```text
 //! cargo build --release && cargo run --release --example kill_resume
 //! ```
 //!
-//! Every other kill or so is SIGKILL, which loses what came after the last checkpoint; the others are SIGTERM (elsewhere than on Unix all are
-//! kills), upon which the run saves. The moments follow from a seed, the first argument (1). Ends with 0 when the pictures are equal.
+//! Every other kill or so is SIGKILL, which loses what came after the last checkpoint; the others
+//! are SIGTERM (elsewhere than on Unix all are kills), upon which the run saves. The moments follow
+//! from a seed, the first argument (1). Ends with 0 when the pictures are equal.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};

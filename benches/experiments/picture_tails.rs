@@ -1,26 +1,29 @@
-//! Whether the standard errors of pixels mean what they say: how z = (pixel - truth) / standard error is distributed over seeds, against Student's t with 31
-//! degrees of freedom.
+//! Whether the standard errors of pixels mean what they say: how z = (pixel - truth) / standard
+//! error is distributed over seeds, against Student's t with 31 degrees of freedom.
 //!
 //! ```text
 //! cargo run --release --example picture_tails [SEEDS [FILE.svg]]
 //! ```
 //!
-//! Small pictures of two scenes, box filter: SEEDS (64) seeds for the combined estimator, a quarter of that for the others. The truth is the mean of all
-//! other seeds; that has an error too, so z is divided by sqrt(S / (S - 1)), which makes it t exactly where the replicates of a pixel are normal. Pixels of
-//! one seed share walks: the error of a share, behind it, is that of the mean over the seeds' own shares. Pixels without noise (a lamp, nothing at all) are
-//! left out.
+//! Small pictures of two scenes, box filter: SEEDS (64) seeds for the combined estimator, a quarter
+//! of that for the others. The truth is the mean of all other seeds; that has an error too, so z is
+//! divided by sqrt(S / (S - 1)), which makes it t exactly where the replicates of a pixel are
+//! normal. Pixels of one seed share walks: the error of a share, behind it, is that of the mean
+//! over the seeds' own shares. Pixels without noise (a lamp, nothing at all) are left out.
 //!
-//! A row says how much of |z| lies beyond the quantile at the head of each column, which should be what stands under it. Of what is beyond the 99.9 %: how
-//! much lies below the truth (half where nothing is skewed), and how much in loose pixels, whose standard error differs between seeds by more than half as
-//! much again as that of normal replicates, sqrt(1 / 62), next to the share of pixels that are so. Last, how many seeds hold the mean of the picture in its
-//! 95 % interval. FILE.svg shows histograms.
+//! A row says how much of |z| lies beyond the quantile at the head of each column, which should be
+//! what stands under it. Of what is beyond the 99.9 %: how much lies below the truth (half where
+//! nothing is skewed), and how much in loose pixels, whose standard error differs between seeds by
+//! more than half as much again as that of normal replicates, sqrt(1 / 62), next to the share of
+//! pixels that are so. Last, how many seeds hold the mean of the picture in its 95 % interval.
+//! FILE.svg shows histograms.
 
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use harmolux::Result;
 use harmolux::estimators::{
-    Estimator, ImageSettings, REPLICATES, Stop, Weighting, render_on, walks_per_sample,
+    Estimator, ImageSettings, REPLICATES, Stop, Weighting, resume, walks_per_sample,
 };
 use harmolux::io::scene_file::SceneFile;
 use harmolux::math::Randomness;
@@ -44,7 +47,8 @@ const NOISE: f64 = 1e-6;
 const BAR: f64 = 0.5;
 const LAST: f64 = 6.0;
 
-/// By how much the standard error of a loose pixel differs between seeds, relative to what that of normal replicates does.
+/// By how much the standard error of a loose pixel differs between seeds, relative to what that of
+/// normal replicates does.
 const LOOSE: f64 = 1.5;
 
 /// What one seed gives: every pixel, and their mean.
@@ -112,7 +116,7 @@ fn pictures(
             let randomness = Randomness::Sobol;
             let settings = ImageSettings { estimator, randomness, seed, stop, filter: Filter::Box };
             let go_on = |_: &_| ControlFlow::Continue(());
-            film = render_on(scene, camera, &settings, film, &go_on, None)?.film;
+            film = resume(scene, camera, &settings, film, &go_on, None)?.film;
             pictures.push(Picture::of(&film));
         }
     }
@@ -153,7 +157,7 @@ impl Deviations {
         }
     }
 
-    /// Gives the share of |z| beyond a limit, per cent, and its standard error.
+    /// Returns the share of |z| beyond a limit, per cent, and its standard error.
     fn beyond(&self, limit: f64) -> Estimate {
         let share = |z: &Vec<f64>| {
             100.0 * z.iter().filter(|z| z.abs() > limit).count() as f64 / z.len() as f64
@@ -161,7 +165,8 @@ impl Deviations {
         Estimate::of_replicates(&self.z.iter().map(share).collect::<Vec<_>>())
     }
 
-    /// Gives what part of all that is beyond a limit, per cent, lies below the truth, and what part in loose pixels.
+    /// Returns what part of all that is beyond a limit, per cent, lies below the truth, and what
+    /// part in loose pixels.
     fn of_beyond(&self, limit: f64) -> [f64; 2] {
         let all = self.z.iter().flat_map(|z| z.iter().zip(&self.loose));
         let beyond: Vec<_> = all.filter(|(z, _)| z.abs() > limit).collect();
@@ -172,7 +177,7 @@ impl Deviations {
     }
 }
 
-/// Tells whether the standard error of a pixel is known less well than that of normal replicates.
+/// Whether the standard error of a pixel is known less well than that of normal replicates.
 fn is_loose(seeds: &[Estimate]) -> bool {
     let errors: Vec<f64> = seeds.iter().map(|pixel| pixel.standard_error).collect();
     let Estimate { mean, standard_error, .. } = Estimate::of_replicates(&errors);
@@ -180,7 +185,8 @@ fn is_loose(seeds: &[Estimate]) -> bool {
     spread > LOOSE * mean / (2.0 * (REPLICATES - 1) as f64).sqrt()
 }
 
-/// Gives how far each estimate lies above the mean of the others, in standard errors of the difference if all have the same variance.
+/// Returns how far each estimate lies above the mean of the others, in standard errors of the
+/// difference if all have the same variance.
 fn of_others(estimates: &[Estimate]) -> Vec<f64> {
     let n = estimates.len() as f64;
     let sum: f64 = estimates.iter().map(|e| e.mean).sum();
@@ -241,7 +247,7 @@ fn histogram(name: String, z: &[Vec<f64>]) -> Curve {
     Curve::new(name, points).drawn(Style::Points)
 }
 
-/// Gives the density that z should have.
+/// Returns the density that z should have.
 fn student() -> Curve {
     let freedom = REPLICATES - 1;
     let density = StudentsT::new(0.0, 1.0, freedom as f64).map(|t| move |z| t.pdf(z));

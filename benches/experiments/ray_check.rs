@@ -1,5 +1,6 @@
-//! Holds the default intersector of SH surfaces to certified stepping, ray by ray, in every way of asking; `tests/common/ray_check` states the rules.
-//! One ray in a hundred is made to graze. Ends with 1, and prints the rays with all bits, if an answer breaks a rule.
+//! Holds the default intersector of SH surfaces to certified stepping, ray by ray, in every way of
+//! asking; `tests/common/ray_check` states the rules. One ray in a hundred is made to graze. Ends
+//! with 1, and prints the rays with all bits, if an answer breaks a rule.
 //!
 //!     cargo run --release --example ray_check                  # 10^7 rays on the head, 10^5 on each other shape
 //!     cargo run --release --example ray_check -- --rays 100000 --seed 2    # for the head; the others get at most 10^5
@@ -37,7 +38,8 @@ struct Arguments {
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let arguments = Arguments::parse();
     println!(
-        "| shape | degree | rays | hits | differences | misses | largest G/error | deepest passed/error | broken | seconds |"
+        "| shape | degree | rays | hits | differences | misses | largest G/error | deepest \
+         passed/error | broken | seconds |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     let mut holds = true;
@@ -48,7 +50,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     Ok(if holds { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Gives the head, then the others.
+/// Returns the head, then the others.
 fn shapes() -> Result<Vec<CheckShape>, Box<dyn Error>> {
     let mesh = meshes::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj"))?;
     let coefficients = project_conforming(&mesh, DVec3::ZERO, 32)?;

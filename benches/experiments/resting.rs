@@ -1,18 +1,21 @@
-//! What resting pixels save: time and samples to a target error, against the same run in which every pixel takes every round.
+//! What resting pixels save: time and samples to a target error, against the same run in which
+//! every pixel takes every round.
 //!
 //! ```text
 //! cargo run --release --example resting
 //! ```
 //!
-//! Both runs are judged after the same stages, by the error that 95 % of the pixels keep. Stages double, so a target may be overshot: four targets a factor
-//! 2^(1/4) apart, which is a factor sqrt 2 in samples, are taken in turns. Prints how many times as long, and as many samples, the run without rest takes.
+//! Both runs are judged after the same stages, by the error that 95 % of the pixels keep. Stages
+//! double, so a target may be overshot: four targets a factor 2^(1/4) apart, which is a factor sqrt
+//! 2 in samples, are taken in turns. Prints how many times as long, and as many samples, the run
+//! without rest takes.
 
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use harmolux::Result;
 use harmolux::estimators::{
-    Estimator, ImageSettings, REPLICATES, SHARE_WITHIN, Stop, Weighting, render_on,
+    Estimator, ImageSettings, REPLICATES, SHARE_WITHIN, Stop, Weighting, resume,
 };
 use harmolux::io::scene_file::SceneFile;
 use harmolux::math::Randomness;
@@ -79,7 +82,7 @@ fn cost(scene: &Scene, camera: &Camera, target: f64, resting: bool) -> Result<Co
             filter: Filter::default(),
         };
         let go_on = |_: &_| ControlFlow::Continue(());
-        let run = render_on(scene, camera, &settings, film, &go_on, None)?;
+        let run = resume(scene, camera, &settings, film, &go_on, None)?;
         film = run.film;
         seconds += run.elapsed.as_secs_f64();
         if walks >= MOST || film.relative_error_of(SHARE_WITHIN).is_some_and(|e| e <= target) {

@@ -1,6 +1,7 @@
-//! Sobolev's problem, case A of the paper (Figure 2): the local estimate against the exact curve, and how its error falls with the number of
-//! walks: for scrambled Sobol points in 32 replicates, which give every value its error, for one sequence of as many points, which gives none, and for plain
-//! random numbers.
+//! Sobolev's problem, case A of the paper (Figure 2): the local estimate against the exact curve,
+//! and how its error falls with the number of walks: for scrambled Sobol points in 32 replicates,
+//! which give every value its error, for one sequence of as many points, which gives none, and for
+//! plain random numbers.
 //!
 //!     cargo run --release --example sobolev
 

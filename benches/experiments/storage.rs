@@ -1,5 +1,6 @@
-//! What a shape costs in bytes, form by form: the mesh, its coefficients as text, all bits of them, f32, and the compact form with an added
-//! RMS error of a fifth, a tenth and a fiftieth of the truncation error. `docs/compact.md` shows the table of the head.
+//! What a shape costs in bytes, form by form: the mesh, its coefficients as text, all bits of them,
+//! f32, and the compact form with an added RMS error of a fifth, a tenth and a fiftieth of the
+//! truncation error. `docs/compact.md` shows the table of the head.
 //!
 //!     cargo run --release --example storage -- data/head.obj
 
@@ -27,7 +28,8 @@ fn main() -> Result<()> {
         fit.centre
     );
     println!(
-        "                    bytes                       added RMS 1/5 of truncation     1/10     1/50"
+        "                    bytes                       added RMS 1/5 of \
+         truncation     1/10     1/50"
     );
     println!(
         "  l truncation       text  binary     f32   compact  mesh/compact     added  compact  compact"
@@ -54,7 +56,8 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Gives the RMS error of a series cut at `lmax`, by Parseval from the finest fit and what that one leaves.
+/// Returns the RMS error of a series cut at `lmax`, by Parseval from the finest fit and what that
+/// one leaves.
 fn truncation(finest: &Coefficients, lmax: usize, left: f64) -> f64 {
     let tail =
         (lmax + 1..=finest.lmax()).map(|l| finest.degree_deviation(l).powi(2) / (2 * l + 1) as f64);

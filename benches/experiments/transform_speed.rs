@@ -1,7 +1,10 @@
-//! Times the transform and the evaluation at scattered points, on one thread, one task a line: `cargo run --release --example transform_speed`.
+//! Times the transform and the evaluation at scattered points, on one thread, one task a line:
+//! `cargo run --release --example transform_speed`.
 //!
-//! Reads lines `plan|synthesis|analysis|values|jets LMAX` and answers each with the microseconds of one call (for `values` and `jets`: at 100 000 random directions). So a script can let
-//! it take turns with another program; `benches/peers/transform.py` does that with ducc0 and SHTns. Without input it times the usual degrees and prints the medians of some calls.
+//! Reads lines `plan|synthesis|analysis|values|jets LMAX` and answers each with the microseconds of
+//! one call (for `values` and `jets`: at 100 000 random directions). So a script can let it take
+//! turns with another program; `benches/peers/transform.py` does that with ducc0 and SHTns. Without
+//! input it times the usual degrees and prints the medians of some calls.
 
 use std::collections::btree_map::{BTreeMap, Entry};
 use std::error::Error;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use harmolux::Result;
 use harmolux::fit::SelfIntersections;
 use harmolux::fit::star::{Fold, Folds, StarReport};
-use harmolux::fit::{Check as Findings, CheckSettings, FaceFault, SOUND, StarCheck};
+use harmolux::fit::{Check as Findings, CheckSettings, FAULTLESS_COLOUR, FaceFault, StarCheck};
 use harmolux::io::meshes::{self, MeshColours, MeshFormat};
 use harmolux::io::output::Output;
 use harmolux::mesh::{Mesh, RepairReport};
@@ -21,7 +21,8 @@ use crate::common::values::point;
 
 /// Say whether a mesh can be fitted: closed, manifold, oriented, star-shaped; if not, where and why
 ///
-/// The exit code is 0 when it is all that, 4 when not. A mesh that is star-shaped about any centre will do, unless one is named.
+/// The exit code is 0 when it is all that, 4 when not. A mesh that is star-shaped about any centre
+/// will do, unless one is named.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux check head.obj
@@ -85,7 +86,8 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
 
 fn coloured(mesh: &Mesh, found: &Findings) -> Result<Vec<u8>> {
     let faults = found.faults(mesh);
-    let colours: Vec<[u8; 3]> = faults.iter().map(|f| f.map_or(SOUND, FaceFault::colour)).collect();
+    let colours: Vec<[u8; 3]> =
+        faults.iter().map(|f| f.map_or(FAULTLESS_COLOUR, FaceFault::colour)).collect();
     meshes::encode_ply(mesh, Some(MeshColours::OfFaces(&colours)))
 }
 

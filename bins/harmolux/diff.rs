@@ -20,8 +20,9 @@ use crate::common::values::{length, point};
 
 /// Measure how far two shapes or meshes are from each other
 ///
-/// The Hausdorff distance is an interval that certainly holds it: coefficients are meshed finely enough, and how far that mesh can be off is
-/// added. The radial difference exists about one centre only; normals are compared at nearest points.
+/// The Hausdorff distance is an interval that certainly holds it: coefficients are meshed finely
+/// enough, and how far that mesh can be off is added. The radial difference exists about one centre
+/// only; normals are compared at nearest points.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux diff head.txt head.obj                     what the fit lost
@@ -36,16 +37,21 @@ pub(crate) struct Diff {
     /// Exit with code 4 unless the Hausdorff distance is certainly not above this, such as 0.1mm
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(crate) tolerance: Option<f64>,
-    /// How wide the interval of the Hausdorff distance may be [default: a thousandth of the size, or a quarter of the tolerance]
+    /// How wide the interval of the Hausdorff distance may be [default: a thousandth of the size,
+    /// or a quarter of the tolerance]
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(crate) width: Option<f64>,
     /// The centre about which the radii of two meshes are compared, metres
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, default_value = "0,0,0")]
+    #[arg(
+        long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true,
+        default_value = "0,0,0"
+    )]
     pub(crate) centre: DVec3,
     /// Write the numbers as a table
     #[arg(short, long, value_name = "FILE.csv")]
     pub(crate) output: Option<PathBuf>,
-    /// Write the first shape coloured by its distance from the second: blue where that is inside it, red where it is outside
+    /// Write the first shape coloured by its distance from the second: blue where that is inside
+    /// it, red where it is outside
     #[arg(long, value_name = "FILE.ply")]
     pub(crate) map: Option<PathBuf>,
     #[command(flatten)]
@@ -108,7 +114,8 @@ fn write_map(output: Output, map: &DistanceMap) -> Result<()> {
     output.write(&encode_ply(&map.mesh, Some(MeshColours::OfVertices(&colours)))?)?;
     let end = say::significant(end, 3);
     say::note(&format!(
-        "{path}: blue -{end} m (b is inside a), white 0, red +{end} m (b is outside a); the strength grows with the square root"
+        "{path}: blue -{end} m (b is inside a), white 0, red +{end} m (b is outside a); the \
+         strength grows with the square root"
     ));
     Ok(())
 }

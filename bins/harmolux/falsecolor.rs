@@ -9,7 +9,7 @@ use harmolux::io::images::{Attribute, Exr};
 use harmolux::io::output::Output;
 use harmolux::io::sensor_table::{self, MeasuredGroup};
 use harmolux::plots::Lattice;
-use harmolux::plots::{ColourScale, FalseColour, Isolux, Palette, Scale, ScaleWish, Tally};
+use harmolux::plots::{ColourScale, FalseColour, Isolux, Palette, Scale, ScaleOptions, Tally};
 use harmolux::{Error, Result};
 use serde_json::json;
 
@@ -18,7 +18,8 @@ use crate::common::flags::choices;
 use crate::common::plot::{PlotFormat, unknown_output};
 use crate::common::say;
 
-/// The share of the pixels that a scale reaches by itself: the brightest, lamps and their glints, would leave the rest dark.
+/// The share of the pixels that a scale reaches by itself: the brightest, lamps and their glints,
+/// would leave the rest dark.
 const COVER: f64 = 0.995;
 /// How an EXR image begins.
 const EXR: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
@@ -27,11 +28,14 @@ const ILLUMINANCE: &str = "illuminance_lx";
 
 /// Show luminance or illuminance in false colour, with a legend
 ///
-/// An EXR picture, as `render` writes it, becomes the same picture in colours that stand for cd/m2. A CSV table, as `illum` writes it, becomes the isolux
-/// picture of a grid of sensors on whatever plane: each sensor a cell with its value, lines of equal illuminance with theirs, axes in metres; sensors behind
-/// objects are hatched and do not count. The scale is linear from 0 (of a grid whose least value is above half of the largest, from there) to a
-/// round number above the largest value, or of a picture above 99.5 % of the pixels; where values are beyond it, its legend has a tip. What is not finite is magenta;
-/// a depth without end, where there is nothing, is grey.
+/// An EXR picture, as `render` writes it, becomes the same picture in colours that stand for cd/m2.
+/// A CSV table, as `illum` writes it, becomes the isolux picture of a grid of sensors on whatever
+/// plane: each sensor a cell with its value, lines of equal illuminance with theirs, axes in
+/// metres; sensors behind objects are hatched and do not count. The scale is linear from 0 (of a
+/// grid whose least value is above half of the largest, from there) to a round number above the
+/// largest value, or of a picture above 99.5 % of the pixels; where values are beyond it, its
+/// legend has a tip. What is not finite is magenta; a depth without end, where there is nothing, is
+/// grey.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux falsecolor view.exr -o view_cd.png                  0 to what 99.5 % of the pixels have
@@ -81,7 +85,10 @@ pub(crate) struct ScaleArguments {
     #[arg(long, value_name = "DECADES", allow_negative_numbers = true)]
     pub(crate) log: Option<f64>,
     /// Divide the scale into so many equal parts [default: at round values]
-    #[arg(short = 'n', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
+    #[arg(
+        short = 'n', long, value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=100)
+    )]
     pub(crate) divisions: Option<u16>,
     /// The colours; all but turbo, a rainbow, get lighter in even steps
     #[arg(long, default_value_t, value_parser = choices::<Palette>())]
@@ -161,7 +168,8 @@ impl Shown {
     fn picture(verb: &Falsecolor, exr: &Exr) -> Result<Self> {
         if let Some(group) = &verb.group {
             return Err(Error::Parameter(format!(
-                "{}: a picture has no group `{group}` of sensors: leave --group out, or give the table of `harmolux illum -o lux.csv`",
+                "{}: a picture has no group `{group}` of sensors: leave --group out, or give the \
+                 table of `harmolux illum -o lux.csv`",
                 verb.input.display()
             )));
         }
@@ -246,7 +254,7 @@ impl Shown {
         }
     }
 
-    /// Gives where a value is: a pixel from the top left, counted from 0, or a point, metres.
+    /// Returns where a value is: a pixel from the top left, counted from 0, or a point, metres.
     fn place(&self, place: usize) -> Vec<f64> {
         match &self.drawing {
             Drawing::Picture { width, .. } => vec![(place % width) as f64, (place / width) as f64],
@@ -313,15 +321,15 @@ impl Shown {
 }
 
 impl ScaleArguments {
-    fn wish(&self) -> ScaleWish {
-        ScaleWish {
+    fn wish(&self) -> ScaleOptions {
+        ScaleOptions {
             high: self.scale,
             low: self.min,
             decades: self.log,
             divisions: self.divisions,
             palette: self.palette,
             bands: self.bands,
-            ..ScaleWish::default()
+            ..ScaleOptions::default()
         }
     }
 }
@@ -388,7 +396,8 @@ fn lattice(group: &MeasuredGroup) -> Result<Lattice> {
     Lattice::of(&group.at, group.normals.iter().copied().sum())
 }
 
-const NO_GRID: &str = "make the sensors a grid, [sensors.NAME.grid]; lines of sensors are plotted by `harmolux illum SCENE -o lines.svg`";
+const NO_GRID: &str = "make the sensors a grid, [sensors.NAME.grid]; lines of sensors are plotted \
+                       by `harmolux illum SCENE -o lines.svg`";
 
 fn no_grid(path: &Path, name: &str, fault: &Error) -> Error {
     let message = format!("the sensors of `{name}` are no grid: {fault}");

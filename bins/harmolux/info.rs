@@ -57,7 +57,8 @@ struct SeriesFile {
     shape: Shape,
 }
 
-/// Reads a coefficient file; `None` when it is none, so that its bytes are gone before a mesh is read.
+/// Reads a coefficient file; `None` when it is none, so that its bytes are gone before a mesh is
+/// read.
 fn series_file(verb: &Info) -> Result<Option<SeriesFile>> {
     let options = verb.reading.options();
     let bytes = coefficients::load(&verb.file)?;

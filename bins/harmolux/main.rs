@@ -1,6 +1,6 @@
-//! The tool `harmolux`: parses the command line, calls the library, prints. Data goes to stdout, talk
-//! to stderr. The verbs are described each in a file or folder of its own; what they share is in
-//! `common`.
+//! The tool `harmolux`: parses the command line, calls the library, prints. Data goes to stdout,
+//! talk to stderr. The verbs are described each in a file or folder of its own; what they share is
+//! in `common`.
 
 mod check;
 mod common;
@@ -33,7 +33,10 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) verb: Verb,
     /// Use this many threads instead of one per core; results do not depend on it
-    #[arg(short = 'j', long, global = true, display_order = 900, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(
+        short = 'j', long, global = true, display_order = 900, value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=1024)
+    )]
     pub(crate) threads: Option<u16>,
     /// Print the result as JSON on stdout
     #[arg(long, global = true, display_order = 901)]

@@ -16,8 +16,8 @@ use crate::common::{say, shape_file};
 
 /// Average shapes, and say how far each is from the mean
 ///
-/// Radii are averaged about each shape's own expansion centre, in its own axes; recentre and align the shapes first where these are not
-/// comparable. Lower degrees are padded with zeros.
+/// Radii are averaged about each shape's own expansion centre, in its own axes; recentre and align
+/// the shapes first where these are not comparable. Lower degrees are padded with zeros.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux mean rock-*.txt -o mean.txt
@@ -115,7 +115,7 @@ fn centre(shapes: &[Shape], weights: &[f64]) -> DVec3 {
     first + offsets.sum::<DVec3>()
 }
 
-/// Gives the radial RMS distance of two series.
+/// Returns the radial RMS distance of two series.
 fn distance(a: &Coefficients, b: &Coefficients) -> f64 {
     let powers = Spectrum::of(&difference(a, b));
     powers.degrees().iter().map(|d| d.power).sum::<f64>().sqrt()

@@ -20,8 +20,8 @@ use crate::common::{progress, say};
 
 /// Turn coefficients into a mesh
 ///
-/// The mesh is closed, its faces look outward, and its vertices are on the surface. Without a choice it is refined until the surface is within
-/// a thousandth of the mean radius of the faces.
+/// The mesh is closed, its faces look outward, and its vertices are on the surface. Without a
+/// choice it is refined until the surface is within a thousandth of the mean radius of the faces.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux mesh head.txt -o head.ply                      to a thousandth of the mean radius
@@ -35,16 +35,22 @@ pub(crate) struct Mesh {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Cut each edge of an icosahedron into N: 20 N^2 faces
-    #[arg(long, value_name = "N", group = "how", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(
+        long, value_name = "N", group = "how", value_parser = clap::value_parser!(u32).range(1..)
+    )]
     pub(crate) resolution: Option<u32>,
     /// N bands from pole to pole, M azimuths around
     #[arg(long, value_name = "NxM", group = "how", value_parser = size)]
     pub(crate) lat_long: Option<[u32; 2]>,
-    /// How far the surface may be from the faces: a length (0.1mm), or a share of the mean radius (1e-3)
+    /// How far the surface may be from the faces: a length (0.1mm), or a share of the mean radius
+    /// (1e-3)
     #[arg(long, value_name = "ERROR", group = "how", value_parser = tolerance)]
     pub(crate) tolerance: Option<Tolerance>,
     /// Cut the series at this degree first
-    #[arg(short = 'l', long = "degree", value_name = "LMAX", value_parser = clap::value_parser!(u32).range(0..=1400))]
+    #[arg(
+        short = 'l', long = "degree", value_name = "LMAX",
+        value_parser = clap::value_parser!(u32).range(0..=1400)
+    )]
     pub(crate) degree: Option<u32>,
     #[command(flatten)]
     pub(crate) reading: SeriesReading,
@@ -68,7 +74,8 @@ const DEFAULT: Tolerance = Tolerance::Relative(1e-3);
 /// Reads a value of the command line: with a unit a length, without one a share.
 fn tolerance(text: &str) -> std::result::Result<Tolerance, String> {
     let value = length(text).map_err(|_| {
-        "write a positive length with its unit, such as 0.1mm, or a share of the mean radius, such as 1e-3"
+        "write a positive length with its unit, such as 0.1mm, or a share of the mean radius, \
+         such as 1e-3"
     })?;
     let has_unit = text.ends_with(|c: char| c.is_ascii_alphabetic());
     Ok(if has_unit { Tolerance::Length(value) } else { Tolerance::Relative(value) })

@@ -22,11 +22,13 @@ use crate::common::{interrupt, say};
 
 /// Measure luminance, cd/m2, along rays given on stdin, or illuminance, lx, at points
 ///
-/// Each line of stdin is a point and a direction: x y z dx dy dz. Each gives one line on stdout, in the same order: the value and its 95 % half width, with a tab
-/// between. The value has seven digits, for programs that go on from there; the half width says how many of them are known.
-/// With -I, a point outside the room or inside an object measures nothing; its line says NaN and behind what it is.
-/// Without any line nothing is measured: that is said on stderr, and the exit code is 0.
-/// All are served by the same walks, so that answers come when the input ends; [illum] of the scene says how and when to stop.
+/// Each line of stdin is a point and a direction: x y z dx dy dz. Each gives one line on stdout, in
+/// the same order: the value and its 95 % half width, with a tab between. The value has seven
+/// digits, for programs that go on from there; the half width says how many of them are known. With
+/// -I, a point outside the room or inside an object measures nothing; its line says NaN and behind
+/// what it is. Without any line nothing is measured: that is said on stderr, and the exit code
+/// is 0. All are served by the same walks, so that answers come when the input ends; [illum] of the
+/// scene says how and when to stop.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   echo 2 0.25 1.6  0 1 0 | harmolux probe room.toml          what an eye at (2, 0.25, 1.6) sees towards +y
@@ -88,12 +90,13 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     })
 }
 
-/// Refuses a point where a light is: what it receives is without bounds.
+/// Rejects a point where a light is: what it receives is without bounds.
 fn check_distances(scene: &Scene, sensors: &[Sensor]) -> Result<()> {
     for (i, sensor) in sensors.iter().enumerate() {
         if let Some(light) = scene.lights().iter().find(|light| light.at == sensor.at) {
             return Err(Error::Parameter(format!(
-                "stdin: point {} is where light `{}` is; its illuminance would be infinite, move it",
+                "stdin: point {} is where light `{}` is; its illuminance would be infinite, move \
+                 it",
                 i + 1,
                 light.name
             )));
@@ -113,7 +116,8 @@ fn warn_of_hidden(behind: &[Option<String>], illuminance: bool) {
     }
     for (object, points) in hidden {
         say::warning(&format!(
-            "{} of {} points are outside the room, or inside the object, `{object}` (the first is point {}); {end}",
+            "{} of {} points are outside the room, or inside the object, `{object}` (the first is \
+             point {}); {end}",
             points.len(),
             behind.len(),
             points[0]
@@ -160,7 +164,7 @@ fn table(results: &[Measured], behind: &[Option<String>], unit: &str) -> Table {
             [r.total.mean, r.total.half_width(0.05), r.total.standard_error, r.direct.mean];
         // What is behind an object measures nothing.
         let numbers = numbers.map(|x| Cell::Number(if behind.is_some() { f64::NAN } else { x }));
-        table.push(numbers.into_iter().chain([Cell::Whole(r.spoilt), behind.clone().into()]));
+        table.push(numbers.into_iter().chain([Cell::Whole(r.non_finite), behind.clone().into()]));
     }
     table
 }

@@ -19,7 +19,8 @@ use crate::common::values::{Settings, settings};
 
 /// Draw random shapes: Gaussian random spheres, or Gaussian radii of a given spectrum
 ///
-/// The same seed gives the same shape. With --count the seeds are SEED, SEED+1, ..., and the files DIR/SEED.txt.
+/// The same seed gives the same shape. With --count the seeds are SEED, SEED+1, ..., and the files
+/// DIR/SEED.txt.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux random --gaussian-sphere sigma=0.2,nu=3.3 -l 32 --seed 1 -o rock.txt
@@ -39,7 +40,10 @@ pub(crate) struct Random {
     #[command(flatten)]
     pub(crate) statistics: Statistics,
     /// The degree of the shapes [default: that of the spectrum, else 32]
-    #[arg(short = 'l', long = "degree", value_name = "LMAX", value_parser = clap::value_parser!(u32).range(0..=1400))]
+    #[arg(
+        short = 'l', long = "degree", value_name = "LMAX",
+        value_parser = clap::value_parser!(u32).range(0..=1400)
+    )]
     pub(crate) degree: Option<u32>,
     /// The mean radius, metres [default: that of the spectrum, else 1]
     #[arg(long, value_name = "METRES")]
@@ -186,7 +190,8 @@ impl Row {
     }
 }
 
-/// Bounds the radius; refuses one that is not certainly positive: skipping the seed would bend the law.
+/// Bounds the radius; refuses one that is not certainly positive: skipping the seed would bend the
+/// law.
 fn positive(seed: u64, c: &Coefficients) -> Result<(f64, f64)> {
     let (min, max) = range(c)?;
     if min > 0.0 {

@@ -17,8 +17,9 @@ use crate::common::{plot, say};
 
 /// Show the power per degree of shapes
 ///
-/// The power of degree l is the mean of f_l^2 over the sphere, what pyshtools calls power per degree. What remains above l is the RMS error of
-/// cutting the series there. Several shapes are plotted over each other.
+/// The power of degree l is the mean of f_l^2 over the sphere, what pyshtools calls power per
+/// degree. What remains above l is the RMS error of cutting the series there. Several shapes are
+/// plotted over each other.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux spectrum head.txt

@@ -19,8 +19,9 @@ use crate::common::values::{Degrees, degrees};
 
 /// Measure what each truncation degree costs and buys, beside the mesh itself
 ///
-/// For each degree: bytes, RMS and largest radial error, time to fit, time to trace a ray. Writes sweep.csv, the plot of error against bytes as
-/// sweep.svg and sweep.png, and the coefficients of each degree.
+/// For each degree: bytes, RMS and largest radial error, time to fit, time to trace a ray. Writes
+/// sweep.csv, the plot of error against bytes as sweep.svg and sweep.png, and the coefficients of
+/// each degree.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux sweep head.obj -l 4,8,16,32,64 -o out

@@ -9,7 +9,7 @@ use harmolux::fit::Shape;
 use harmolux::fit::{NewCentre, Reshaped, Steps, Turn, reshape};
 use harmolux::io::coefficients;
 use harmolux::math::{EulerAngles, Rotation};
-use harmolux::sh::{Alignment, Axis, Filter, Recentred, Top};
+use harmolux::sh::{Alignment, Axis, Filter, InertiaSymmetry, Recentred};
 use serde_json::{Value, json};
 
 use crate::common::exit::Code;
@@ -20,8 +20,9 @@ use crate::common::{say, shape_file};
 
 /// Turn, mirror, align, scale, cut a shape, or expand it about another centre
 ///
-/// What is asked for is done in the order of the options below; run it twice for another order. Mirror, turns and scale are about the origin of the
-/// shape's axes and take the expansion centre along.
+/// What is asked for is done in the order of the options below; run it twice for another order.
+/// Mirror, turns and scale are about the origin of the shape's axes and take the expansion centre
+/// along.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux transform head.txt -o turned.txt --axis 0,0,1 --angle 90
@@ -35,12 +36,20 @@ pub(crate) struct Transform {
     #[arg(short, long, value_name = "FILE.txt")]
     pub(crate) output: PathBuf,
     /// Cut the series at this degree; with --recentre, expand it up to there
-    #[arg(short = 'l', long = "degree", value_name = "LMAX", value_parser = clap::value_parser!(u32).range(0..=1400))]
+    #[arg(
+        short = 'l', long = "degree", value_name = "LMAX",
+        value_parser = clap::value_parser!(u32).range(0..=1400)
+    )]
     pub(crate) degree: Option<u32>,
-    /// Expand the surface, which stays where it is, about another centre: a point in the shape's axes, metres, or the word centroid
-    #[arg(long, value_name = "X,Y,Z|centroid", value_parser = new_centre, allow_hyphen_values = true)]
+    /// Expand the surface, which stays where it is, about another centre: a point in the shape's
+    /// axes, metres, or the word centroid
+    #[arg(
+        long, value_name = "X,Y,Z|centroid", value_parser = new_centre,
+        allow_hyphen_values = true
+    )]
     pub(crate) recentre: Option<NewCentre>,
-    /// Damp the degrees against ringing: lanczos, or heat=TIME (0.001 softens about 3 degrees of arc)
+    /// Damp the degrees against ringing: lanczos, or heat=TIME (0.001 softens about 3 degrees of
+    /// arc)
     #[arg(long, value_name = "lanczos|heat=TIME")]
     pub(crate) filter: Option<Filter>,
     /// Mirror at the plane normal to this axis
@@ -65,21 +74,35 @@ pub(crate) struct Transform {
 #[derive(Debug, Args)]
 pub(crate) struct Turning {
     /// Turn about this axis, by the rule of the right hand
-    #[arg(long, value_name = "X,Y,Z", group = "turning", requires = "angle", value_parser = point, allow_hyphen_values = true)]
+    #[arg(
+        long, value_name = "X,Y,Z", group = "turning", requires = "angle", value_parser = point,
+        allow_hyphen_values = true
+    )]
     axis: Option<DVec3>,
     /// By how many degrees
     #[arg(long, value_name = "DEGREES", requires = "axis", allow_hyphen_values = true)]
     angle: Option<f64>,
-    /// Turn by GAMMA about z, then by BETA about y, then by ALPHA about z, axes fixed in space, degrees
-    #[arg(long, value_name = "ALPHA,BETA,GAMMA", group = "turning", value_parser = euler, allow_hyphen_values = true)]
+    /// Turn by GAMMA about z, then by BETA about y, then by ALPHA about z, axes fixed in space,
+    /// degrees
+    #[arg(
+        long, value_name = "ALPHA,BETA,GAMMA", group = "turning", value_parser = euler,
+        allow_hyphen_values = true
+    )]
     euler: Option<Rotation>,
     /// Turn by a quaternion of any length, the real part last
-    #[arg(long, value_name = "X,Y,Z,W", group = "turning", value_parser = quaternion, allow_hyphen_values = true)]
+    #[arg(
+        long, value_name = "X,Y,Z,W", group = "turning", value_parser = quaternion,
+        allow_hyphen_values = true
+    )]
     quaternion: Option<Rotation>,
     /// Turn by a rotation matrix: nine numbers, row by row
-    #[arg(long, value_name = "XX,XY,...,ZZ", group = "turning", value_parser = matrix, allow_hyphen_values = true)]
+    #[arg(
+        long, value_name = "XX,XY,...,ZZ", group = "turning", value_parser = matrix,
+        allow_hyphen_values = true
+    )]
     matrix: Option<Rotation>,
-    /// Turn the principal axes of inertia to x (longest), y, z (shortest), the long tails to the positive sides
+    /// Turn the principal axes of inertia to x (longest), y, z (shortest), the long tails to the
+    /// positive sides
     #[arg(long, group = "turning")]
     align: bool,
 }
@@ -188,11 +211,11 @@ fn aligned(a: &Alignment) -> String {
     format!("moments of inertia {x}, {y}, {z} m5 about x, y, z; they fix {}", axes_fixed(a.top))
 }
 
-fn axes_fixed(top: Top) -> &'static str {
+fn axes_fixed(top: InertiaSymmetry) -> &'static str {
     match top {
-        Top::Asymmetric => "three axes",
-        Top::Symmetric => "one axis",
-        Top::Spherical => "no axis",
+        InertiaSymmetry::Asymmetric => "three axes",
+        InertiaSymmetry::Symmetric => "one axis",
+        InertiaSymmetry::Spherical => "no axis",
     }
 }
 

@@ -1,4 +1,5 @@
-//! Writes what the fuzzer starts from into `corpus/TARGET/`: the fixtures of tests/data, and what the writers make of a small shape.
+//! Writes what the fuzzer starts from into `corpus/TARGET/`: the fixtures of tests/data, and what
+//! the writers make of a small shape.
 //!
 //!     cargo run --release --example seeds     (from the folder fuzz)
 

@@ -1,7 +1,9 @@
-//! What the fuzz targets share: one call for each reader, under a bound on the memory it may take, and one for rays.
+//! What the fuzz targets share: one call for each reader, under a bound on the memory it may take,
+//! and one for rays.
 //!
-//! A reader may refuse what it is given, and must do nothing else: not panic, not run without end, not allocate more than a constant and a
-//! multiple of the number of bytes. Past that bound the allocator fails, which ends the process, which is a finding.
+//! A reader may refuse what it is given, and must do nothing else: not panic, not run without end,
+//! not allocate more than a constant and a multiple of the number of bytes. Past that bound the
+//! allocator fails, which ends the process, which is a finding.
 
 use std::alloc::System;
 use std::path::Path;
@@ -22,8 +24,8 @@ static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 /// What a reader may allocate whatever it reads, bytes: buffers, and tables that are built once.
 const CONSTANT: usize = 256 * 1024;
 
-/// What it may allocate more for each byte: the compact form has 64 coefficients in a byte at most, of 8 bytes each, in up to four places;
-/// the other readers stay below 200.
+/// What it may allocate more for each byte: the compact form has 64 coefficients in a byte at most,
+/// of 8 bytes each, in up to four places; the other readers stay below 200.
 const PER_BYTE: usize = 2048;
 const PER_BYTE_OF_OTHERS: usize = 256;
 
@@ -52,7 +54,8 @@ pub fn series(format: SeriesFormat, data: &[u8]) {
     }
 }
 
-/// Reads a binary file as it is and with its checksums put right, whole and cut; what is read whole is written as it was.
+/// Reads a binary file as it is and with its checksums put right, whole and cut; what is read whole
+/// is written as it was.
 pub fn binary(data: &[u8]) {
     let path = Path::new("shape.hxb");
     let mut sealed = data.to_vec();
@@ -94,7 +97,8 @@ fn seal_binary(data: &mut [u8]) {
     }
 }
 
-/// Reads a compact file as it is and, since no chance finds a checksum, with its checksum put right.
+/// Reads a compact file as it is and, since no chance finds a checksum, with its checksum put
+/// right.
 pub fn compact(data: &[u8]) {
     let path = Path::new("shape.hxc");
     let sealed = [data, &crc32fast::hash(data).to_le_bytes()].concat();
@@ -113,7 +117,8 @@ pub fn scene(data: &[u8]) {
     bounded(data, PER_BYTE, |_| drop(SceneFile::parse(Path::new("scene.toml"), text, &[])));
 }
 
-/// Asks a sphere and a bumpy body what rays of any bits hit, one by one and as a batch, by every intersector.
+/// Asks a sphere and a bumpy body what rays of any bits hit, one by one and as a batch, by every
+/// intersector.
 pub fn rays(data: &[u8]) {
     static SURFACES: OnceLock<Vec<ShSurface>> = OnceLock::new();
     let rays: Vec<Ray> = data.as_chunks::<64>().0.iter().filter_map(ray).collect();
@@ -136,7 +141,8 @@ pub fn rays(data: &[u8]) {
     }
 }
 
-/// Takes eight numbers as origin, direction (made a unit vector) and ends of a ray; `None` where that is no direction.
+/// Takes eight numbers as origin, direction (made a unit vector) and ends of a ray; `None` where
+/// that is no direction.
 fn ray(bytes: &[u8; 64]) -> Option<Ray> {
     let [x, y, z, u, v, w, t_min, t_max] =
         std::array::from_fn(|i| f64::from_le_bytes(std::array::from_fn(|k| bytes[8 * i + k])));

@@ -1,4 +1,5 @@
-//! Which nodes of a cloud are connected to a receiver: some, drawn in proportion to what they bring, stand for all.
+//! Which nodes of a cloud are connected to a receiver: some, drawn in proportion to what they
+//! bring, stand for all.
 
 use fearless_simd::Level;
 
@@ -7,7 +8,7 @@ use super::receiver::Receiver;
 use super::walk::Node;
 use crate::math::Rgb;
 use crate::math::lanes::LANES;
-use crate::scene::Light;
+use crate::scene::SplitLight;
 
 /// Holds what the nodes of a cloud bring to a receiver if nothing hinders it.
 #[derive(Default)]
@@ -15,8 +16,9 @@ pub(super) struct Candidates {
     plane: Option<Plane>,
     /// What the diffuse nodes bring to the plane.
     diffuse: Vec<Weighed>,
-    /// What the other nodes bring, and by what they are drawn; all nodes when the receiver is no plane. Of many, one in every `stride` stands for its neighbours.
-    others: Vec<(Light, f64)>,
+    /// What the other nodes bring, and by what they are drawn; all nodes when the receiver is no
+    /// plane. Of many, one in every `stride` stands for its neighbours.
+    others: Vec<(SplitLight, f64)>,
     stride: usize,
     first: usize,
     /// Where drawing starts, 0 to 1.
@@ -33,13 +35,14 @@ pub(super) struct Choice {
     pub(super) random: f64,
 }
 
-/// Of starts on a light that seems to be seen whole one in so many stands for all, and is drawn so much more seldom than by what it brings: a ray to it hardly
-/// tells anything new.
+/// Of starts on a light that seems to be seen whole one in so many stands for all, and is drawn so
+/// much more seldom than by what it brings: a ray to it hardly tells anything new.
 const SELDOM: usize = 8;
 
 impl Candidates {
-    /// Weighs the nodes of a cloud, diffuse ones by their K, the others by `weigh`, and returns what all bring, but for the `known` share of the light of
-    /// starts. Of many others some are weighed, evenly spread from a random place.
+    /// Weighs the nodes of a cloud, diffuse ones by their K, the others by `weigh`, and returns
+    /// what all bring, but for the `known` share of the light of starts. Of many others some are
+    /// weighed, evenly spread from a random place.
     pub(super) fn weigh(
         &mut self,
         level: Level,
@@ -48,8 +51,8 @@ impl Candidates {
         Choice { limit, most, random }: Choice,
         weigh: impl Fn(&Node) -> Rgb,
         known: impl Fn(&Node) -> f64,
-    ) -> Light {
-        let mut all = Light::default();
+    ) -> SplitLight {
+        let mut all = SplitLight::default();
         self.plane = receiver.plane();
         self.diffuse.clear();
         if let Some(plane) = &self.plane {
@@ -66,18 +69,18 @@ impl Candidates {
             let known = if start { known(node) } else { 0.0 };
             let times = if known < 1.0 { 1 } else { SELDOM };
             if !number.is_multiple_of(times) {
-                self.others.push((Light::default(), 0.0));
+                self.others.push((SplitLight::default(), 0.0));
                 continue;
             }
             let light = weigh(node) * (self.stride * times) as f64;
             let luminance = light.luminance();
             self.others.push(if start {
                 all.direct += light * (1.0 - known);
-                let light = Light { direct: light, indirect: Rgb::BLACK };
+                let light = SplitLight { direct: light, indirect: Rgb::BLACK };
                 (light, luminance / times as f64)
             } else {
                 all.indirect += light;
-                (Light { direct: Rgb::BLACK, indirect: light }, luminance)
+                (SplitLight { direct: Rgb::BLACK, indirect: light }, luminance)
             });
         }
         all
@@ -87,7 +90,7 @@ impl Candidates {
         if self.plane.is_some() { cloud.others() } else { cloud.nodes() }
     }
 
-    /// Gives the others that are weighed.
+    /// Returns the others that are weighed.
     fn weighed_others<'c, 'a>(
         &self,
         cloud: &'c Cloud<'a>,
@@ -95,9 +98,14 @@ impl Candidates {
         self.others_of(cloud).iter().skip(self.first).step_by(self.stride)
     }
 
-    /// Hands `take` about `count` nodes, drawn at even distances from a random start along the sum of their luminances: each with as much light that the mean
-    /// over starts is all.
-    pub(super) fn draw(&self, cloud: &Cloud, count: usize, mut take: impl FnMut(&Node, Light)) {
+    /// Hands `take` about `count` nodes, drawn at even distances from a random start along the sum
+    /// of their luminances: each with as much light that the mean over starts is all.
+    pub(super) fn draw(
+        &self,
+        cloud: &Cloud,
+        count: usize,
+        mut take: impl FnMut(&Node, SplitLight),
+    ) {
         let others = self.others.iter().map(|(_, weight)| *weight);
         let total = self.diffuse.iter().map(|block| block.total).chain(others).sum::<f64>();
         let mut draw = Draw::new(total / count as f64, self.start);
@@ -110,7 +118,7 @@ impl Candidates {
                     if let Some(scale) = draw.scale(*luminance) {
                         let node = block * LANES + lane;
                         let indirect = cloud.light(node, plane, weighed) * scale;
-                        take(&cloud.nodes()[node], Light { direct: Rgb::BLACK, indirect });
+                        take(&cloud.nodes()[node], SplitLight { direct: Rgb::BLACK, indirect });
                     }
                 }
             }
@@ -150,7 +158,8 @@ impl Draw {
         passes
     }
 
-    /// Tells how often a weight is drawn, in units of how often it is in the mean; `None` when it is not.
+    /// Returns how often a weight is drawn, in units of how often it is in the mean; `None` when it
+    /// is not.
     #[inline]
     fn scale(&mut self, weight: f64) -> Option<f64> {
         if self.step == 0.0 {

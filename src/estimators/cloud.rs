@@ -1,4 +1,5 @@
-//! Walks made ready to be connected to many receivers: their nodes side by side, the diffuse ones in lanes.
+//! Walks made ready to be connected to many receivers: their nodes side by side, the diffuse ones
+//! in lanes.
 
 use std::f64::consts::PI;
 
@@ -25,7 +26,7 @@ pub(super) struct Cloud<'a> {
     /// The shading normals of the last blocks, those that hold hits on smooth meshes.
     shading: Vec<[[f64; LANES]; 3]>,
     walks: usize,
-    spoilt: usize,
+    non_finite: usize,
 }
 
 /// Diffuse nodes side by side; a lane without one sends nothing.
@@ -64,10 +65,10 @@ impl<'a> Cloud<'a> {
         'a: 'w,
     {
         let (mut nodes, mut smooth, mut others) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut sound, mut spoilt) = (0, 0);
+        let (mut sound, mut non_finite) = (0, 0);
         for walk in walks {
             if !walk.last().is_none_or(Node::is_sound) {
-                spoilt += 1;
+                non_finite += 1;
                 continue;
             }
             sound += 1;
@@ -89,42 +90,43 @@ impl<'a> Cloud<'a> {
         let shading =
             shading.map(|nodes| in_lanes(nodes.iter().map(|n| n.vertex.normal))).collect();
         nodes.append(&mut others);
-        Self { nodes, diffuse, blocks, shading, walks: sound, spoilt }
+        Self { nodes, diffuse, blocks, shading, walks: sound, non_finite }
     }
 
-    /// Gives the number of walks without those left out.
+    /// Returns the number of walks without those left out.
     pub(super) fn walks(&self) -> usize {
         self.walks
     }
 
-    /// Gives the number of walks left out.
-    pub(super) fn spoilt(&self) -> usize {
-        self.spoilt
+    /// Returns the number of walks left out.
+    pub(super) fn non_finite(&self) -> usize {
+        self.non_finite
     }
 
-    /// Gives the number of walks with those left out.
+    /// Returns the number of walks with those left out.
     pub(super) fn taken(&self) -> usize {
-        self.walks + self.spoilt
+        self.walks + self.non_finite
     }
 
-    /// Gives all nodes.
+    /// Returns all nodes.
     pub(super) fn nodes(&self) -> &[Node<'a>] {
         &self.nodes
     }
 
-    /// Gives the nodes that are not diffuse hits: glossy ones and starts.
+    /// Returns the nodes that are not diffuse hits: glossy ones and starts.
     pub(super) fn others(&self) -> &[Node<'a>] {
         &self.nodes[self.diffuse..]
     }
 
-    /// Gives what a diffuse node brings to a plane, its block being weighed for that.
+    /// Returns what a diffuse node brings to a plane, its block being weighed for that.
     pub(super) fn light(&self, node: usize, plane: &Plane, weighed: &Weighed) -> Rgb {
         let (block, lane) = (node / LANES, node % LANES);
         let [r, g, b] = self.blocks[block].strength;
         plane.factor * Rgb([r[lane], g[lane], b[lane]]) * weighed.kernels[lane]
     }
 
-    /// Weighs the diffuse nodes at a plane, K up to `limit`: puts K and the luminance that each brings unhindered into `weighed`, and returns what all bring.
+    /// Weighs the diffuse nodes at a plane, K up to `limit`: puts K and the luminance that each
+    /// brings unhindered into `weighed`, and returns what all bring.
     pub(super) fn weigh(
         &self,
         level: Level,
@@ -185,7 +187,7 @@ fn dot<S: Simd>(a: [f64x8<S>; 3], b: [f64x8<S>; 3]) -> f64x8<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
-/// Gives the reflectance of a node that reflects light diffusely.
+/// Returns the reflectance of a node that reflects light diffusely.
 fn diffuse(node: &Node) -> Option<Rgb> {
     match node.vertex.brdf() {
         Brdf::Lambert { reflectance } if node.start_density.is_none() => Some(*reflectance),
@@ -224,7 +226,7 @@ impl Block {
         block
     }
 
-    /// Gives K of each lane.
+    /// Returns K of each lane.
     #[inline(always)]
     fn kernels<S: Simd>(&self, simd: S, plane: &Plane, limit: f64) -> f64x8<S> {
         let (place, from) = (load(simd, &self.place), splat(simd, plane.point));
@@ -255,7 +257,7 @@ impl Block {
         dot(to_node, load(simd, shading)).simd_lt(zero).select(kernel, zero)
     }
 
-    /// Gives the light of each lane, colour by colour.
+    /// Returns the light of each lane, colour by colour.
     #[inline(always)]
     fn light<S: Simd>(&self, simd: S, kernel: f64x8<S>, factor: Rgb) -> [f64x8<S>; 3] {
         let strength = load(simd, &self.strength);

@@ -1,21 +1,28 @@
 //! The core of the local estimates: what the nodes of a walk contribute to a receiver.
 //!
-//! A receiver answers light from a direction by W(omega); sensors and pixels differ in nothing else ([`Receiver`]). A node y of a walk contributes
-//! Q f(y) W V cos' / d^2 (eq. 5, 11), which is singular at d = 0. A weighting leaves the share c of that to the connection and the rest 1 - c to a ray that
-//! gathers from the receiver (Kollig and Keller, 2004): it finds y' and adds (1 - c) W/pdf [direct light at y' + the same walks' nodes seen from y'],
-//! recursively. Both together are unbiased for every c.
+//! A receiver answers light from a direction by W(omega); sensors and pixels differ in nothing else
+//! ([`Receiver`]). A node y of a walk contributes Q f(y) W V cos' / d^2 (eq. 5, 11), which is
+//! singular at d = 0. A weighting leaves the share c of that to the connection and the rest 1 - c
+//! to a ray that gathers from the receiver (Kollig and Keller, 2004): it finds y' and adds (1 - c)
+//! W/pdf [direct light at y' + the same walks' nodes seen from y'], recursively. Both together are
+//! unbiased for every c.
 //!
-//! Walks are connected by clouds ([`Cloud`]): all that they bring if nothing hinders it is taken up, and some connections, which stand for all, are asked for what is hidden.
+//! Walks are connected by clouds ([`Cloud`]): all that they bring if nothing hinders it is taken
+//! up, and some connections, which stand for all, are asked for what is hidden.
 //!
-//! What c depends on is K = pi pdf cos' / d^2, pi times the density per area with which the gathering ray finds y: the kernel G = cos cos' / d^2 for a sensor
-//! or a diffuse surface, more in the highlights of a glossy one. With c K s bounded, s = [`Brdf::peak`](crate::scene::Brdf::peak) at y, the variance is finite.
+//! What c depends on is K = pi pdf cos' / d^2, pi times the density per area with which the
+//! gathering ray finds y: the kernel G = cos cos' / d^2 for a sensor or a diffuse surface, more in
+//! the highlights of a glossy one. With c K s bounded, s = [`Brdf::peak`](crate::scene::Brdf::peak)
+//! at y, the variance is finite.
 //!
-//! Through mirrors nothing can be connected. A gathering ray that meets one goes on from there, and what it finds then is its alone (c = 0); only light of a
-//! point that came by mirrors cannot be found so, and the connection has all of it (c = 1, [`Node::caustic`]).
+//! Through mirrors nothing can be connected. A gathering ray that meets one goes on from there, and
+//! what it finds then is its alone (c = 0); only light of a point that came by mirrors cannot be
+//! found so, and the connection has all of it (c = 1, [`Node::caustic`]).
 //!
-//! Many estimates are made together, level of the recursion after level, so that rays come by batches: first the shadow rays of the
-//! connections of the level, then its gathering rays; what they find are the estimates of the next level, which are added to those they
-//! belong to at the end. Every gathering ray has a stream of its own, so its numbers do not depend on its company.
+//! Many estimates are made together, level of the recursion after level, so that rays come by
+//! batches: first the shadow rays of the connections of the level, then its gathering rays; what
+//! they find are the estimates of the next level, which are added to those they belong to at the
+//! end. Every gathering ray has a stream of its own, so its numbers do not depend on its company.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -26,7 +33,7 @@ use crate::math::{Ray, Rgb, Stream};
 use crate::scene::{Scene, Vertex};
 use crate::surface::Hit;
 
-pub(super) use crate::scene::Light;
+pub(super) use crate::scene::SplitLight;
 
 use super::candidates::{Candidates, Choice};
 use super::cloud::Cloud;
@@ -47,7 +54,8 @@ pub(super) struct Connector<'a> {
     watch: Option<&'a Watch<'a>>,
 }
 
-/// Holds the estimates that are made together, and the memory they need; to be used again for the next ones.
+/// Holds the estimates that are made together, and the memory they need; to be used again for the
+/// next ones.
 #[derive(Default)]
 pub(super) struct Batch<'a> {
     /// Those asked for, then level by level those that gathering rays led to.
@@ -68,9 +76,9 @@ pub(super) struct Batch<'a> {
 pub(super) struct Estimate<'a> {
     pub(super) receiver: Receiver<'a>,
     pub(super) cloud: &'a Cloud<'a>,
-    pub(super) light: Light,
+    pub(super) light: SplitLight,
     /// What the connections bring: at first, if nothing hinders them.
-    connected: Light,
+    connected: SplitLight,
     /// The luminance of that.
     unhindered: f64,
     /// Where its light goes when it is not asked for itself.
@@ -80,8 +88,8 @@ pub(super) struct Estimate<'a> {
 /// All light of some walks at a receiver, and what connections brought of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Estimated {
-    pub(super) light: Light,
-    pub(super) connected: Light,
+    pub(super) light: SplitLight,
+    pub(super) connected: SplitLight,
     /// What the connections would have brought if nothing had hindered them, as luminance.
     unhindered: f64,
 }
@@ -91,7 +99,7 @@ impl Estimated {
     /// added and taken off again.
     pub(super) fn luminance(&self) -> f64 {
         let luminance = self.light.total().luminance();
-        if luminance.abs() <= Light::ROUNDING * self.unhindered { 0.0 } else { luminance }
+        if luminance.abs() <= SplitLight::ROUNDING * self.unhindered { 0.0 } else { luminance }
     }
 }
 
@@ -106,15 +114,17 @@ pub(super) struct Beyond {
 /// Light that an estimate has been given, and that is taken off again if something stands on a ray.
 struct Connection {
     to: usize,
-    light: Light,
+    light: SplitLight,
 }
 
-/// For how many walks one node is connected to a receiver, and how many nodes of a cloud to what a gathering ray has found. In rooms with a head half as many or twice
-/// as many take as much time to a given error.
+/// For how many walks one node is connected to a receiver, and how many nodes of a cloud to what a
+/// gathering ray has found. In rooms with a head half as many or twice as many take as much time to
+/// a given error.
 const WALKS_TO_A_RAY: usize = 2;
 const CONNECTED_BEYOND: usize = 2;
 
-/// How many nodes that no lane can weigh are weighed one by one at a receiver, and at what a gathering ray has found.
+/// How many nodes that no lane can weigh are weighed one by one at a receiver, and at what a
+/// gathering ray has found.
 const WEIGHED: usize = 48;
 const WEIGHED_BEYOND: usize = 8;
 
@@ -134,8 +144,9 @@ impl<'a> Connector<'a> {
         self.watch.is_some_and(Watch::ends)
     }
 
-    /// Estimates, from each of some clouds of walks, all light at the receiver except that of the point lights it sees itself and what its outlook knows of flat
-    /// lights: the mean over the walks. Each cloud comes with a stream, at least one, for every gathering ray.
+    /// Estimates, from each of some clouds of walks, all light at the receiver except that of the
+    /// point lights it sees itself and what its outlook knows of flat lights: the mean over the
+    /// walks. Each cloud comes with a stream, at least one, for every gathering ray.
     pub(super) fn estimate<Streams: ExactSizeIterator<Item = Stream>>(
         &self,
         batch: &mut Batch<'a>,
@@ -169,7 +180,8 @@ impl<'a> Connector<'a> {
         })
     }
 
-    /// Connects the estimates of a level to the nodes of their walks and, beyond gathering rays, to the point lights.
+    /// Connects the estimates of a level to the nodes of their walks and, beyond gathering rays, to
+    /// the point lights.
     fn connect(&self, batch: &mut Batch<'a>, level: Range<usize>, outlook: Option<&Outlook>) {
         batch.rays.clear();
         batch.connections.clear();
@@ -195,7 +207,8 @@ impl<'a> Connector<'a> {
         }
     }
 
-    /// Gives an estimate what all connections bring if nothing hinders them, and lists those that may be hindered. The numbers are those of its first gathering ray.
+    /// Returns an estimate what all connections bring if nothing hinders them, and lists those that
+    /// may be hindered. The numbers are those of its first gathering ray.
     fn connect_one(
         &self,
         batch: &mut Batch<'a>,
@@ -209,7 +222,7 @@ impl<'a> Connector<'a> {
         let first = beyond.is_none();
         if !first {
             direct::few_connections(self.scene, receiver, stream, |(ray, shed)| {
-                let shed = Light { direct: shed, indirect: Rgb::BLACK };
+                let shed = SplitLight { direct: shed, indirect: Rgb::BLACK };
                 *connected = *connected + shed;
                 rays.push(ray);
                 connections.push(Connection { to, light: shed });
@@ -249,7 +262,8 @@ impl<'a> Connector<'a> {
         *light = *light + *connected;
     }
 
-    /// Gives the light that an unhindered connection to a node carries, its share of Q f W cos' / d^2; `None` where there is no such light.
+    /// Returns the light that an unhindered connection to a node carries, its share of Q f W cos' /
+    /// d^2; `None` where there is no such light.
     fn unhindered(&self, receiver: &Receiver, node: &Node, first: bool) -> Option<Rgb> {
         let to_node = node.vertex.hit.point - receiver.hit.point;
         let normal = node.vertex.true_normal();
@@ -281,7 +295,7 @@ impl<'a> Connector<'a> {
     }
 }
 
-/// Gives how much an outlook knows of an object's light.
+/// Returns how much an outlook knows of an object's light.
 pub(super) fn share(outlook: Option<&Outlook>, object: usize) -> f64 {
     outlook.map_or(0.0, |outlook| outlook.share(object))
 }
@@ -292,13 +306,14 @@ impl<'a> Estimate<'a> {
         cloud: &'a Cloud<'a>,
         beyond: Option<Beyond>,
     ) -> Self {
-        let (light, connected) = (Light::default(), Light::default());
+        let (light, connected) = (SplitLight::default(), SplitLight::default());
         Self { receiver, cloud, light, connected, unhindered: 0.0, beyond }
     }
 }
 
 impl Batch<'_> {
-    /// Adds the light of what gathering rays led to, the farthest first: each was found later than the one it belongs to.
+    /// Adds the light of what gathering rays led to, the farthest first: each was found later than
+    /// the one it belongs to.
     fn add_beyond(&mut self) {
         for i in (0..self.estimates.len()).rev() {
             let Estimate { beyond: Some(beyond), light, .. } = &self.estimates[i] else { break };

@@ -7,8 +7,9 @@ use glam::{DVec2, DVec3};
 
 use super::receiver::Receiver;
 
-/// Gives the configuration factor of a quadrilateral at `point` for the unit `normal`, its projected solid angle over pi: E = B times it. Positive where the
-/// contour runs counter-clockwise as seen from the point, negative from behind; what is below the horizon is cut off.
+/// Returns the configuration factor of a quadrilateral at `point` for the unit `normal`, its
+/// projected solid angle over pi: E = B times it. Positive where the contour runs counter-clockwise
+/// as seen from the point, negative from behind; what is below the horizon is cut off.
 ///
 /// The contour need not be flat. A triangle has a corner twice.
 pub(super) fn factor(corners: &[DVec3; 4], point: DVec3, normal: DVec3) -> f64 {
@@ -22,11 +23,13 @@ pub(super) fn factor(corners: &[DVec3; 4], point: DVec3, normal: DVec3) -> f64 {
     } else {
         around(&above_horizon(&relative, &heights), normal)
     };
-    // Lambert's sum counts turns about the normal; who looks along it sees them the other way round.
+    // Lambert's sum counts turns about the normal; who looks along it sees them the other way
+    // round.
     -sum / TAU
 }
 
-/// Adds up angle times normal component over the edges of a polygon relative to the point that sees it.
+/// Adds up angle times normal component over the edges of a polygon relative to the point that sees
+/// it.
 fn around(corners: &[DVec3], normal: DVec3) -> f64 {
     let next = corners.iter().cycle().skip(1);
     corners.iter().zip(next).map(|(&a, &b)| edge(a, b, normal)).sum()
@@ -38,7 +41,8 @@ fn edge(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     if length == 0.0 { 0.0 } else { length.atan2(a.dot(b)) * cross.dot(normal) / length }
 }
 
-/// Clips a quadrilateral to heights of at least 0 (Sutherland and Hodgman 1974): each edge adds at most its crossing and its end.
+/// Clips a quadrilateral to heights of at least 0 (Sutherland and Hodgman 1974): each edge adds at
+/// most its crossing and its end.
 fn above_horizon(relative: &[DVec3; 4], heights: &[f64; 4]) -> ArrayVec<DVec3, 8> {
     let mut kept = ArrayVec::new();
     for i in 0..4 {
@@ -166,11 +170,12 @@ impl Rim {
 
 /// How often a quadrilateral is halved at most, both ways, until it is small for its distance.
 const HALVINGS: u32 = 6;
-/// A quadrilateral of this share of its squared distance is small: the midpoint rule is then good to half a per cent.
+/// A quadrilateral of this share of its squared distance is small: the midpoint rule is then good
+/// to half a per cent.
 const SMALL: f64 = 0.02;
 
-/// Gives what a receiver of any kind gets from a quadrilateral of radiosity 1 that faces it counter-clockwise, by the midpoint rule on parts that are small
-/// for their distance.
+/// Returns what a receiver of any kind gets from a quadrilateral of radiosity 1 that faces it
+/// counter-clockwise, by the midpoint rule on parts that are small for their distance.
 pub(super) fn response(corners: &[DVec3; 4], receiver: &Receiver) -> f64 {
     part(corners, receiver, HALVINGS)
 }

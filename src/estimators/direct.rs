@@ -5,13 +5,15 @@ use crate::scene::Scene;
 
 use super::receiver::Receiver;
 
-/// The most point lights that are all asked for each sample of a pixel or each end of a gathering ray; of more, so many are drawn.
+/// The most point lights that are all asked for each sample of a pixel or each end of a gathering
+/// ray; of more, so many are drawn.
 const MOST: usize = 8;
 
 /// Below this step, numbers are too coarse to draw by.
 const FAINTEST: f64 = 1e-290;
 
-/// Gives, for every point light that sheds light on the receiver, I W / d^2 and the ray on which nothing may stand.
+/// Returns, for every point light that sheds light on the receiver, I W / d^2 and the ray on which
+/// nothing may stand.
 fn connections(scene: &Scene, receiver: &Receiver) -> impl Iterator<Item = (Ray, Rgb)> {
     scene.lights().iter().filter_map(|light| {
         let to_light = light.at - receiver.hit.point;
@@ -26,8 +28,9 @@ fn connections(scene: &Scene, receiver: &Receiver) -> impl Iterator<Item = (Ray,
     })
 }
 
-/// Hands `take` what a few point lights shed on the receiver, I W / d^2, with the ray on which nothing may stand; together they have the mean of all. When
-/// there are many, they are drawn in proportion to their light, at even distances from a random start.
+/// Hands `take` what a few point lights shed on the receiver, I W / d^2, with the ray on which
+/// nothing may stand; together they have the mean of all. When there are many, they are drawn in
+/// proportion to their light, at even distances from a random start.
 pub(super) fn few_connections(
     scene: &Scene,
     receiver: &Receiver,

@@ -1,8 +1,10 @@
 //! How many rays gather for a sensor beside the walks that are connected to it.
 //!
-//! Connections to n walks leave the variance v / n, m gathering rays w / m. With c the cost of a ray in walks, the product of variance and time is least for m / n = sqrt(w / (c v)).
-//! Rays are planned when the walks have doubled, from what was seen before. What comes later has its weight whatever was seen, and random numbers of its own, as points of
-//! one scrambled sequence know of each other; so, given what came before, its mean is right.
+//! Connections to n walks leave the variance v / n, m gathering rays w / m. With c the cost of a
+//! ray in walks, the product of variance and time is least for m / n = sqrt(w / (c v)). Rays are
+//! planned when the walks have doubled, from what was seen before. What comes later has its weight
+//! whatever was seen, and random numbers of its own, as points of one scrambled sequence know of
+//! each other; so, given what came before, its mean is right.
 
 use super::cloud::WALKS;
 
@@ -18,7 +20,8 @@ const MOST: usize = 128;
 pub(super) struct Effort {
     /// Rays so far, in each replicate.
     pub(super) rays: u64,
-    /// How many of them there were when the last plan was made: where the numbers of the present plan begin.
+    /// How many of them there were when the last plan was made: where the numbers of the present
+    /// plan begin.
     pub(super) planned: u64,
     /// Rays to a cloud of [`WALKS`] walks, from now on.
     to_cloud: usize,
@@ -32,12 +35,13 @@ impl Default for Effort {
 }
 
 impl Effort {
-    /// Gives the number of rays, at least one, for a cloud of so many walks.
+    /// Returns the number of rays, at least one, for a cloud of so many walks.
     pub(super) fn rays_for(self, walks: usize) -> usize {
         (self.to_cloud * walks / WALKS).max(1)
     }
 
-    /// Plans from the variances, over replicates of so many walks, of what connections and what rays brought.
+    /// Plans from the variances, over replicates of so many walks, of what connections and what
+    /// rays brought.
     pub(super) fn plan(&mut self, walks: u64, connected: f64, gathered: f64) {
         self.planned = self.rays;
         let (v, w) = (connected * walks as f64, gathered * self.rays as f64);

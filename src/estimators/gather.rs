@@ -7,7 +7,7 @@ use crate::math::{Rgb, Stream};
 use crate::scene::{BrdfSample, Vertex};
 use crate::surface::Hit;
 
-use super::connect::{Batch, Beyond, Connector, Estimate, Light, share};
+use super::connect::{Batch, Beyond, Connector, Estimate, SplitLight, share};
 use super::known_lights::Outlook;
 use super::receiver::Receiver;
 
@@ -30,14 +30,16 @@ pub(super) struct Gathered {
     stream: Stream,
 }
 
-/// The part left by mirrors below which a gathering ray, or one from the eye, plays Russian roulette at each further one.
+/// The part left by mirrors below which a gathering ray, or one from the eye, plays Russian
+/// roulette at each further one.
 const FAINT: f64 = 0.25;
 
-/// How often, relative to what it can return at most, what a ray finds from a receiver that is asked for itself is looked at: 2 and 4 take a fifth and a
-/// quarter off the squared error of the Cornell box, and a twentieth and an eighth more time.
+/// How often, relative to what it can return at most, what a ray finds from a receiver that is
+/// asked for itself is looked at: 2 and 4 take a fifth and a quarter off the squared error of the
+/// Cornell box, and a twentieth and an eighth more time.
 const FIRST_LIVES: f64 = 2.0;
 
-/// Gives what is left of the light along a ray after one more mirror, unless roulette ends it.
+/// Returns what is left of the light along a ray after one more mirror, unless roulette ends it.
 pub(super) fn through_mirror(left: Rgb, reflectance: Rgb, roulette: f64) -> Option<Rgb> {
     let left = left * reflectance;
     let survival = (left.luminance() / FAINT).min(1.0);
@@ -45,7 +47,8 @@ pub(super) fn through_mirror(left: Rgb, reflectance: Rgb, roulette: f64) -> Opti
 }
 
 impl<'a> Connector<'a> {
-    /// Gathers, by the rays of each estimate of a level, what the connections leave; where one goes on, there is an estimate of the next level.
+    /// Gathers, by the rays of each estimate of a level, what the connections leave; where one goes
+    /// on, there is an estimate of the next level.
     pub(super) fn gather(
         &self,
         batch: &mut Batch<'a>,
@@ -84,7 +87,8 @@ impl<'a> Connector<'a> {
         }
     }
 
-    /// Takes up what a gathering ray has met: its light, an estimate there, and the ray that a mirror sends on.
+    /// Takes up what a gathering ray has met: its light, an estimate there, and the ray that a
+    /// mirror sends on.
     fn take_up(
         &self,
         batch: &mut Batch<'a>,
@@ -99,7 +103,7 @@ impl<'a> Connector<'a> {
             self.scene.refined_vertex(*object, hit, -gathered.sample.direction)
         });
         if vertex.as_ref().is_some_and(|vertex| !vertex.is_sound()) {
-            from.light = Light::SPOILT;
+            from.light = SplitLight::NON_FINITE;
             return;
         }
         let shines = self.shining(from, &gathered, vertex.as_ref(), outlook);
@@ -148,7 +152,7 @@ impl<'a> Connector<'a> {
         light
     }
 
-    /// Gives the light that a gathering ray would see at an object that emits, if nothing hid it.
+    /// Returns the light that a gathering ray would see at an object that emits, if nothing hid it.
     fn hidden(&self, receiver: &Receiver, gathered: &Gathered, object: usize) -> Rgb {
         let BrdfSample { direction, .. } = gathered.sample;
         let surface = &self.scene.objects()[object].surface;
@@ -159,7 +163,7 @@ impl<'a> Connector<'a> {
         })
     }
 
-    /// Gives the share of a gathering ray in the light that a surface by itself sends along it.
+    /// Returns the share of a gathering ray in the light that a surface by itself sends along it.
     fn emission(&self, receiver: &Receiver, gathered: &Gathered, vertex: &Vertex) -> Rgb {
         let emitted = vertex.emitted();
         if emitted.is_black() {
@@ -203,7 +207,7 @@ impl<'a> Connector<'a> {
     }
 }
 
-/// Gives K between a receiver and what its gathering ray found.
+/// Returns K between a receiver and what its gathering ray found.
 fn kernel(receiver: &Receiver, gathered: &Gathered, vertex: &Vertex) -> f64 {
     let cos = vertex.true_normal().dot(vertex.outgoing);
     PI * gathered.sample.density * cos / (vertex.hit.point - receiver.hit.point).length_squared()

@@ -1,4 +1,5 @@
-//! What the sensors of a group say together: mean, least, largest and uniformity, each with an interval of its own.
+//! What the sensors of a group say together: mean, least, largest and uniformity, each with an
+//! interval of its own.
 
 use super::replicates::REPLICATES;
 use crate::math::stats::{Estimate, student_t};
@@ -6,7 +7,8 @@ use crate::math::stats::{Estimate, student_t};
 /// The intervals hold with this probability of error.
 const ALPHA: f64 = 0.05;
 
-/// A value and the interval that holds the truth with 95 %; the ends are NaN where no error is known.
+/// A value and the interval that holds the truth with 95 %; the ends are NaN where no error is
+/// known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bracket {
     /// The value.
@@ -19,9 +21,10 @@ pub struct Bracket {
 
 /// Sums up a group of sensors.
 ///
-/// The least, the largest and the uniformity rest on intervals that hold for all sensors at once (Bonferroni): whichever sensor is the darkest
-/// in truth, the least lies above the lowest lower end and below every upper end. Their values are those of the estimates,
-/// of which the least is a little too low and the largest too high as long as the intervals of sensors overlap.
+/// The least, the largest and the uniformity rest on intervals that hold for all sensors at once
+/// (Bonferroni): whichever sensor is the darkest in truth, the least lies above the lowest lower
+/// end and below every upper end. Their values are those of the estimates, of which the least is a
+/// little too low and the largest too high as long as the intervals of sensors overlap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupSummary {
     /// The mean over the sensors, lx; its error counts that all sensors share their walks.
@@ -69,7 +72,8 @@ impl GroupSummary {
 }
 
 impl GroupSummary {
-    /// Sums up the illuminances of a group, lx, whose errors are not known: values without intervals. `None` for no sensors.
+    /// Sums up the illuminances of a group, lx, whose errors are not known: values without
+    /// intervals. `None` for no sensors.
     pub fn without_errors(sensors: &[f64]) -> Option<Self> {
         let least = sensors.iter().copied().reduce(f64::min)?;
         let largest = sensors.iter().copied().reduce(f64::max)?;
@@ -84,7 +88,8 @@ impl GroupSummary {
     }
 }
 
-/// Estimates E / mean by linearisation: its replicates are r + (E_k - r mean_k) / mean, in which what both share cancels.
+/// Estimates E / mean by linearisation: its replicates are r + (E_k - r mean_k) / mean, in which
+/// what both share cancels.
 fn ratio(sensor: &[f64; REPLICATES], means: &[f64; REPLICATES], mean: f64) -> Estimate {
     let of_means = sensor.iter().sum::<f64>() / (REPLICATES as f64 * mean);
     let replicates: [f64; REPLICATES] =
@@ -93,7 +98,7 @@ fn ratio(sensor: &[f64; REPLICATES], means: &[f64; REPLICATES], mean: f64) -> Es
 }
 
 impl Bracket {
-    /// Tells whether the interval is known.
+    /// Whether the interval is known.
     pub fn has_interval(&self) -> bool {
         !(self.low.is_nan() || self.high.is_nan())
     }
@@ -155,8 +160,8 @@ mod tests {
         assert_eq!(GroupSummary::without_errors(&[]), None);
     }
 
-    /// 2000 groups of 20 sensors of known truth, with noise that half of it is shared. Each interval is to hold in 95 % of them: fewer than 1840
-    /// holds would happen once in 1e8 runs.
+    /// 2000 groups of 20 sensors of known truth, with noise that half of it is shared. Each
+    /// interval is to hold in 95 % of them: fewer than 1840 holds would happen once in 1e8 runs.
     #[test]
     fn intervals_hold_the_truth_as_often_as_they_say() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(20);

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::cloud::Cloud;
-use super::connect::Light;
+use super::connect::SplitLight;
 use super::replicates::{REPLICATES, Watch, seed};
 use super::walk::Walked;
 use crate::math::{Randomness, Rgb, Stream, hash};
@@ -92,17 +92,17 @@ pub(super) struct Sum {
     pub(super) total: f64,
     /// What gathering rays brought of the total.
     pub(super) gathered: f64,
-    pub(super) spoilt: u64,
+    pub(super) non_finite: u64,
 }
 
 impl Sum {
     /// Adds one sample.
-    pub(super) fn add(&mut self, light: Light) {
+    pub(super) fn add(&mut self, light: SplitLight) {
         if light.total().is_finite() {
             self.direct += light.direct.luminance();
             self.total += light.total().luminance();
         } else {
-            self.spoilt += 1;
+            self.non_finite += 1;
         }
     }
 }
@@ -112,6 +112,6 @@ impl std::ops::AddAssign for Sum {
         self.direct += other.direct;
         self.total += other.total;
         self.gathered += other.gathered;
-        self.spoilt += other.spoilt;
+        self.non_finite += other.non_finite;
     }
 }

@@ -87,7 +87,7 @@ impl<'a> Local<'a> {
         let estimated = connector.estimate(batch, receiver, outlook, asked);
         for (cloud, estimated) in block.clouds.iter().zip(estimated) {
             let Estimated { light, connected, .. } = estimated;
-            sum.spoilt += cloud.spoilt() as u64;
+            sum.non_finite += cloud.non_finite() as u64;
             if light.is_finite() {
                 let walks = cloud.walks() as f64;
                 sum.direct += light.direct.luminance() * walks;
@@ -95,7 +95,7 @@ impl<'a> Local<'a> {
                 let gathered = light.total() - connected.total();
                 sum.gathered += gathered.luminance() * walks;
             } else {
-                sum.spoilt += cloud.walks() as u64;
+                sum.non_finite += cloud.walks() as u64;
             }
         }
         sum
@@ -171,7 +171,7 @@ impl<'a> Integrator<'a> for Local<'a> {
     fn plan(&mut self, sums: &[[Sum; REPLICATES]], walks: u64) {
         self.efforts.par_iter_mut().zip(sums).for_each(|(effort, sums)| {
             let variance = |part: fn(&Sum) -> f64| {
-                let means = sums.map(|s| part(&s) / (walks - s.spoilt).max(1) as f64);
+                let means = sums.map(|s| part(&s) / (walks - s.non_finite).max(1) as f64);
                 Estimate::of_replicates(&means).standard_error.powi(2)
             };
             effort.plan(walks, variance(|s| s.total - s.gathered), variance(|s| s.gathered));

@@ -1,5 +1,5 @@
-//! How light is estimated: walks from the lights, the local and the double local estimate, path tracing as the reference, radiosity and
-//! the counting of photons as the baselines.
+//! How light is estimated: walks from the lights, the local and the double local estimate, path
+//! tracing as the reference, radiosity and the counting of photons as the baselines.
 
 mod candidates;
 mod cloud;
@@ -26,7 +26,7 @@ mod weighting;
 pub use estimator::Estimator;
 pub use groups::{Bracket, GroupSummary};
 pub use image::{
-    ImageSettings, Keeper, Rendering, SHARE_WITHIN, render, render_on, walks_per_sample,
+    Checkpointer, ImageSettings, Rendering, SHARE_WITHIN, render, resume, walks_per_sample,
 };
 pub use radiosity::{Exchange, MAX_PATCHES, RadiositySettings};
 pub use receiver::Receiver;
@@ -35,4 +35,4 @@ pub use survey::{SensorSettings, Survey, illuminance, luminance};
 pub use walk::{Launcher, Node};
 pub use weighting::Weighting;
 
-pub use crate::scene::Light;
+pub use crate::scene::SplitLight;

@@ -1,8 +1,8 @@
 //! Backward path tracing: the reference that shares nothing with the walks.
 //!
-//! From the receiver onwards by BRDF samples; point lights are connected at every vertex, emitting surfaces are met by chance and sampled by area,
-//! the samples by area taking up to as much as the chance finds (c = min(1, p_area / p_chance));
-//! Russian roulette ends a path.
+//! From the receiver onwards by BRDF samples; point lights are connected at every vertex, emitting
+//! surfaces are met by chance and sampled by area, the samples by area taking up to as much as the
+//! chance finds (c = min(1, p_area / p_chance)); Russian roulette ends a path.
 
 use std::ops::Range;
 
@@ -11,14 +11,15 @@ use glam::DVec2;
 use crate::math::{Rgb, Stream, sampling};
 use crate::scene::{BrdfSample, Scene, Vertex};
 
-use super::connect::Light;
+use super::connect::SplitLight;
 use super::direct;
 use super::integrator::{Block, Integrator, Sum};
 use super::receiver::Receiver;
 use super::replicates::Watch;
 
-/// The share of its first throughput below which a path plays Russian roulette. Where every hit plays, one path in
-/// twenty of a room that reflects 0.05 brings all its indirect light, and intervals hold too little.
+/// The share of its first throughput below which a path plays Russian roulette. Where every hit
+/// plays, one path in twenty of a room that reflects 0.05 brings all its indirect light, and
+/// intervals hold too little.
 const FAINT: f64 = 0.25;
 
 /// Traces paths in a scene.
@@ -73,10 +74,11 @@ impl<'a> PathTracer<'a> {
         Self { scene, powers: scene.emitters().iter().map(|e| e.power).scan(0.0, sum).collect() }
     }
 
-    /// Traces one path from a receiver; the point lights that the receiver sees itself are not counted.
-    pub(super) fn trace(&self, receiver: &Receiver, stream: &mut Stream) -> Light {
+    /// Traces one path from a receiver; the point lights that the receiver sees itself are not
+    /// counted.
+    pub(super) fn trace(&self, receiver: &Receiver, stream: &mut Stream) -> SplitLight {
         let mut light =
-            Light { direct: self.sampled_emitter(receiver, stream), indirect: Rgb::BLACK };
+            SplitLight { direct: self.sampled_emitter(receiver, stream), indirect: Rgb::BLACK };
         let mut here = *receiver;
         let mut throughput = Rgb::WHITE;
         let mut faint = None;
@@ -95,7 +97,7 @@ impl<'a> PathTracer<'a> {
             // Through mirrors to what reflects otherwise.
             loop {
                 if !vertex.is_sound() {
-                    return Light::SPOILT;
+                    return SplitLight::NON_FINITE;
                 }
                 let albedo = vertex.albedo();
                 let mirrored = vertex.mirrored();
@@ -130,7 +132,7 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// Gives the luminance of an emitter met by a BRDF sample, less the share of area sampling.
+    /// Returns the luminance of an emitter met by a BRDF sample, less the share of area sampling.
     fn met_emitter(&self, from: &Receiver, vertex: &Vertex, sample: &BrdfSample) -> Rgb {
         let distance2 = (vertex.hit.point - from.hit.point).length_squared();
         let rest = |v: &Vertex| (1.0 - self.density(v, distance2) / sample.density).max(0.0);
@@ -162,7 +164,8 @@ impl<'a> PathTracer<'a> {
         emitted * response / density.max(receiver.density(direction))
     }
 
-    /// Gives the density per steradian, seen from distance sqrt(distance2), with which area sampling picks the point of a vertex.
+    /// Returns the density per steradian, seen from distance sqrt(distance2), with which area
+    /// sampling picks the point of a vertex.
     fn density(&self, vertex: &Vertex, distance2: f64) -> f64 {
         let emitter = self.scene.emitters().iter().find(|e| e.object == vertex.object);
         let surface = self.scene.objects()[vertex.object].area.as_ref();

@@ -1,22 +1,27 @@
 //! Direct simulation: photons are counted where they cross a small disc about each sensor.
 //!
-//! E is the flux that crosses the disc against its normal over its area pi r^2: the mean illuminance of the disc in place of that at its centre. For a
-//! radius that is small against the distance of all light this differs by a share of the order of (r / distance)^2; within r of an edge, a corner or another
-//! object the disc reaches into places without light and E is too low, by up to half at a wall. The interval knows nothing of this bias. The variance goes with
-//! 1 / (number of walks x r^2): halving the radius takes four times the walks. A count is a whole number: where Sobol points happen to give all replicates the
-//! same one (direct light straight below a lamp), the interval has no width, though the value may be off by most of a photon in each. `harmolux illum` therefore
-//! counts with plain random numbers.
+//! E is the flux that crosses the disc against its normal over its area pi r^2: the mean
+//! illuminance of the disc in place of that at its centre. For a radius that is small against the
+//! distance of all light this differs by a share of the order of (r / distance)^2; within r of an
+//! edge, a corner or another object the disc reaches into places without light and E is too low, by
+//! up to half at a wall. The interval knows nothing of this bias. The variance goes with 1 /
+//! (number of walks x r^2): halving the radius takes four times the walks. A count is a whole
+//! number: where Sobol points happen to give all replicates the same one (direct light straight
+//! below a lamp), the interval has no width, though the value may be off by most of a photon in
+//! each. `harmolux illum` therefore counts with plain random numbers.
 //!
-//! A disc stands at its sensor, before the surface on which the sensor lies by the self-intersection policy of hits, and farther before
-//! a surface that rises above it at the rim (a room seen from inside a sphere), else photons would end short of it. Direct light is counted like
-//! all other. Only the illuminance of planes, and the luminance of surfaces, can be counted: a cylinder has no disc.
+//! A disc stands at its sensor, before the surface on which the sensor lies by the
+//! self-intersection policy of hits, and farther before a surface that rises above it at the rim (a
+//! room seen from inside a sphere), else photons would end short of it. Direct light is counted
+//! like all other. Only the illuminance of planes, and the luminance of surfaces, can be counted: a
+//! cylinder has no disc.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use glam::DVec3;
 
-use super::connect::Light;
+use super::connect::SplitLight;
 use super::integrator::{Block, Integrator, Needs, Sum};
 use super::receiver::Receiver;
 use super::replicates::Watch;
@@ -78,10 +83,12 @@ impl<'a> Integrator<'a> for Counters<'a> {
     }
 }
 
-/// Gives the radius, metres, of the counting discs: the one asked for, or that of a ten thousandth of the total area of the scene.
+/// Returns the radius, metres, of the counting discs: the one asked for, or that of a ten
+/// thousandth of the total area of the scene.
 ///
 /// # Errors
-/// [`Error::Parameter`] when the radius is not above 0 and finite, or none is given and the scene holds no bounded surface.
+/// [`Error::Parameter`] when the radius is not above 0 and finite, or none is given and the scene
+/// holds no bounded surface.
 pub(super) fn radius(scene: &Scene, asked: Option<f64>) -> Result<f64> {
     let radius = asked.unwrap_or_else(|| (SHARE * scene.area() / PI).sqrt());
     if radius > 0.0 && radius.is_finite() {
@@ -91,7 +98,9 @@ pub(super) fn radius(scene: &Scene, asked: Option<f64>) -> Result<f64> {
         Some(radius) => format!(
             "the radius of the discs that count photons must be above 0 metres, found {radius}"
         ),
-        None => "all surfaces are infinite, so there is no default radius for the discs that count photons; set `radius` in [illum]".into(),
+        None => "all surfaces are infinite, so there is no default radius for the discs that \
+                 count photons; set `radius` in [illum]"
+            .into(),
     }))
 }
 
@@ -112,7 +121,9 @@ impl<'a> Counter<'a> {
     pub(super) fn new(scene: &Scene, receiver: &Receiver<'a>, radius: f64) -> Result<Self> {
         let Some(normal) = receiver.plane_normal() else {
             return Err(Error::Parameter(
-                "photons are counted on planes only; for a cylinder choose the estimator `local` or `path`".into(),
+                "photons are counted on planes only; for a cylinder choose the estimator `local` \
+                 or `path`"
+                    .into(),
             ));
         };
         let base = receiver.hit.departure(normal);
@@ -121,11 +132,11 @@ impl<'a> Counter<'a> {
     }
 
     /// Adds up what one walk brings.
-    pub(super) fn count(&self, walked: &Walked) -> Light {
+    pub(super) fn count(&self, walked: &Walked) -> SplitLight {
         if !walked.nodes.last().is_none_or(Node::is_sound) {
-            return Light::SPOILT;
+            return SplitLight::NON_FINITE;
         }
-        let mut light = Light::default();
+        let mut light = SplitLight::default();
         let mut straight = true;
         for node in &walked.nodes {
             if node.start_density.is_none() {
@@ -142,7 +153,8 @@ impl<'a> Counter<'a> {
         light
     }
 
-    /// Gives W / (cos pi r^2) for a segment of the line through `point` that crosses the disc from before; distances count from the point.
+    /// Returns W / (cos pi r^2) for a segment of the line through `point` that crosses the disc
+    /// from before; distances count from the point.
     fn crossing(
         &self,
         point: DVec3,
@@ -162,14 +174,15 @@ impl<'a> Counter<'a> {
     }
 }
 
-impl Light {
+impl SplitLight {
     fn add(&mut self, counted: Option<Rgb>, straight: bool) {
         let part = if straight { &mut self.direct } else { &mut self.indirect };
         *part += counted.unwrap_or(Rgb::BLACK);
     }
 }
 
-/// Gives how high a disc must stand for no surface below its rim, in view of its centre, to rise above it; at most the radius.
+/// Returns how high a disc must stand for no surface below its rim, in view of its centre, to rise
+/// above it; at most the radius.
 fn lift(scene: &Scene, base: DVec3, normal: DVec3, radius: f64) -> f64 {
     let frame = Frame::about(normal);
     let rise = |k: u32| {
@@ -215,7 +228,8 @@ mod tests {
         let floor = Rectangle::new(DVec3::ZERO, 4.0 * DVec3::X, 4.0 * DVec3::Y).expect("valid");
         let object = Object::new("floor", floor, black());
         let scene = Scene::new(vec![object], vec![lamp(DVec3::new(2.0, 2.0, 2.0))]).expect("valid");
-        // I (1 - cos) of the disc's rim, 2 pi over pi r^2, is the mean illuminance of a disc at distance d.
+        // I (1 - cos) of the disc's rim, 2 pi over pi r^2, is the mean illuminance of a disc at
+        // distance d.
         let exact = |d: f64, r: f64| 200.0 * (1.0 - d / d.hypot(r)) / (r * r);
         let at = DVec3::new(2.0, 2.0, 0.0);
         for (sensor, d) in [
@@ -236,7 +250,8 @@ mod tests {
         let object = Object::new("room", room, black());
         let scene = Scene::new(vec![object], vec![lamp(DVec3::new(0.3, 2.0, 1.0))]).expect("valid");
         let at = |x: f64| mean(&scene, &Sensor::plane(DVec3::new(x, 2.0, 0.0), DVec3::Z), 0.2);
-        // The lamp stands halfway between the middle of the half disc, 0.085 m from the wall, and that of the whole one.
+        // The lamp stands halfway between the middle of the half disc, 0.085 m from the wall, and
+        // that of the whole one.
         let (wall, clear) = (at(0.0), at(0.515));
         assert!((wall / clear - 0.5).abs() <= 0.025, "{wall} {clear}");
     }

@@ -1,4 +1,5 @@
-//! What receives light: sensors and surfaces that an eye sees, by how they answer light from each direction.
+//! What receives light: sensors and surfaces that an eye sees, by how they answer light from each
+//! direction.
 
 use std::f64::consts::PI;
 
@@ -28,7 +29,8 @@ enum Response<'a> {
     Plane,
     /// By sin / pi of the angle to the axis: the mean illuminance of the side of a small cylinder.
     Cylinder,
-    /// By (1 + cos phi) sin / pi, phi the azimuth from the unit vector it faces: the same of half a cylinder.
+    /// By (1 + cos phi) sin / pi, phi the azimuth from the unit vector it faces: the same of half a
+    /// cylinder.
     SemiCylinder(DVec3),
     /// By f cos: the luminance that a surface reflects to an eye.
     Reflection(&'a Brdf, DVec3),
@@ -56,12 +58,13 @@ impl<'a> Receiver<'a> {
         Self { tint, ..self }
     }
 
-    /// Measures the illuminance of one side of a surface: that of its normal for a positive `sign`, the other for a negative one.
+    /// Measures the illuminance of one side of a surface: that of its normal for a positive `sign`,
+    /// the other for a negative one.
     pub(super) fn side(hit: &Hit, sign: f64) -> Self {
         Self { hit: *hit, normal: sign * hit.normal, response: Response::Plane, tint: Rgb::WHITE }
     }
 
-    /// Gives the normal of what is no cylinder.
+    /// Returns the normal of what is no cylinder.
     pub(super) fn plane_normal(&self) -> Option<DVec3> {
         match self.response {
             Response::Plane | Response::Reflection(..) => Some(self.normal),
@@ -69,7 +72,7 @@ impl<'a> Receiver<'a> {
         }
     }
 
-    /// Gives, where W is proportional to the cosine above a plane, its normal and W / cos.
+    /// Returns, where W is proportional to the cosine above a plane, its normal and W / cos.
     pub(super) fn cosine(&self) -> Option<(DVec3, Rgb)> {
         match self.response {
             Response::Plane => Some((self.normal, self.tint)),
@@ -80,13 +83,13 @@ impl<'a> Receiver<'a> {
         }
     }
 
-    /// Gives it as a plane that answers by the cosine, where it is one.
+    /// Returns it as a plane that answers by the cosine, where it is one.
     pub(super) fn plane(&self) -> Option<Plane> {
         let (normal, factor) = self.cosine()?;
         Some(Plane::new(&self.hit, normal, factor))
     }
 
-    /// Gives W for light that comes from the unit vector `direction`; black from below a surface.
+    /// Returns W for light that comes from the unit vector `direction`; black from below a surface.
     #[inline]
     pub fn response(&self, direction: DVec3) -> Rgb {
         let projection = self.projection(direction);
@@ -105,7 +108,7 @@ impl<'a> Receiver<'a> {
         response * self.tint
     }
 
-    /// Tells whether nothing can be received from along a vector of any length.
+    /// Whether nothing can be received from along a vector of any length.
     #[inline]
     pub(super) fn turns_away(&self, from: DVec3) -> bool {
         match self.response {
@@ -114,7 +117,8 @@ impl<'a> Receiver<'a> {
         }
     }
 
-    /// Gives the part of W that is known without a reflection or a side to face. Not above 0 from where nothing is received.
+    /// Returns the part of W that is known without a reflection or a side to face. Not above 0 from
+    /// where nothing is received.
     #[inline]
     fn projection(&self, direction: DVec3) -> f64 {
         let cos = self.normal.dot(direction);
@@ -126,8 +130,8 @@ impl<'a> Receiver<'a> {
         }
     }
 
-    /// Gives W / cos and the normal of a receiver that answers light from its whole hemisphere by the cosine; `None` for another, and where a shading
-    /// normal is not that of the surface.
+    /// Returns W / cos and the normal of a receiver that answers light from its whole hemisphere by
+    /// the cosine; `None` for another, and where a shading normal is not that of the surface.
     pub(super) fn diffuse(&self) -> Option<(Rgb, DVec3)> {
         let (normal, factor) = self.cosine()?;
         (self.hit.normal.dot(normal).abs() >= 1.0 - 1e-12).then_some((factor, normal))
@@ -154,7 +158,7 @@ impl<'a> Receiver<'a> {
         .map(|sample| BrdfSample { weight: sample.weight * self.tint, ..sample })
     }
 
-    /// Gives the density per steradian with which [`Receiver::sample`] looks along `direction`.
+    /// Returns the density per steradian with which [`Receiver::sample`] looks along `direction`.
     #[inline]
     pub(super) fn density(&self, direction: DVec3) -> f64 {
         match self.response {
@@ -171,13 +175,14 @@ impl<'a> Receiver<'a> {
         BrdfSample { direction, weight, density: self.projection(direction) / PI }
     }
 
-    /// Gives the cosine of the azimuth between two directions about the axis; 0 along it.
+    /// Returns the cosine of the azimuth between two directions about the axis; 0 along it.
     fn azimuth_cos(&self, direction: DVec3, facing: DVec3) -> f64 {
         direction.reject_from_normalized(self.normal).normalize_or_zero().dot(facing)
     }
 
-    /// Tells whether a direction is below the true surface, seen from the side the receiver faces; that differs from the shading cosine on smooth
-    /// meshes only, and around a cylinder there is no surface.
+    /// Whether a direction is below the true surface, seen from the side the receiver faces; that
+    /// differs from the shading cosine on smooth meshes only, and around a cylinder there is no
+    /// surface.
     #[inline]
     fn is_below(&self, direction: DVec3) -> bool {
         match self.response {

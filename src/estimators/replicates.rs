@@ -1,4 +1,5 @@
-//! How long an estimate runs, and how its error is known: R independent replicates, doubled until a target, a time or a number is met.
+//! How long an estimate runs, and how its error is known: R independent replicates, doubled until a
+//! target, a time or a number is met.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -10,11 +11,14 @@ use crate::math::hash;
 /// The number of independent replicates behind every estimate.
 pub const REPLICATES: usize = 32;
 
-/// Says when to stop; the first condition that is met ends the run. With none, the run takes its smallest size.
+/// Says when to stop; the first condition that is met ends the run. With none, the run takes its
+/// smallest size.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stop {
-    /// Stops when the relative standard error of 95 % of the pixels (images) or the largest relative 95 % half width (sensors) is at most this; for sensors
-    /// only if half as many walks came within a factor sqrt 2 of it, so that an error that is small by chance does not end the run.
+    /// Stops when the relative standard error of 95 % of the pixels (images) or the largest
+    /// relative 95 % half width (sensors) is at most this; for sensors only if half as many walks
+    /// came within a factor sqrt 2 of it, so that an error that is small by chance does not end the
+    /// run.
     pub relative_error: Option<f64>,
     /// Stops after this time.
     pub time: Option<Duration>,
@@ -45,7 +49,7 @@ choice!(Ending, "ending":
     Converged = "converged" "",
 );
 
-/// Tells an observer how far a run is.
+/// Describes an observer how far a run is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// The finished share of the run, 0 to 1, as well as it can be foreseen.
@@ -61,7 +65,7 @@ pub struct Progress {
 /// Watches a run, from any of its threads; breaking ends it with what it has.
 pub type Observer<'a> = &'a (dyn Fn(&Progress) -> ControlFlow<()> + Sync);
 
-/// Gives the seed of one use of random numbers: (seed of the run, replicate, what for).
+/// Returns the seed of one use of random numbers: (seed of the run, replicate, what for).
 pub(super) fn seed(run: u64, replicate: usize, purpose: u64) -> u64 {
     hash([run, replicate as u64, purpose])
 }
@@ -80,7 +84,8 @@ pub(super) struct Known {
     pub(super) error: f64,
     /// The walks that it was known after.
     pub(super) walks: u64,
-    /// The walks after which it is compared with the target next; then after twice as many each time.
+    /// The walks after which it is compared with the target next; then after twice as many each
+    /// time.
     pub(super) judged: u64,
 }
 
@@ -99,7 +104,7 @@ impl Control {
         Self { stop, started: Instant::now(), known: None }
     }
 
-    /// Gives the time since the start.
+    /// Returns the time since the start.
     pub(super) fn elapsed(&self) -> Duration {
         self.started.elapsed()
     }
@@ -115,7 +120,7 @@ impl Control {
         matches!((self.stop.relative_error, known), (Some(target), Some(k)) if k.error <= target)
     }
 
-    /// Tells whether the time or the walks are used up; without any condition one round is enough.
+    /// Whether the time or the walks are used up; without any condition one round is enough.
     pub(super) fn is_over(&self, walks: u64) -> Option<Ending> {
         if self.stop.walks.is_some_and(|limit| walks >= limit) {
             return Some(Ending::Walks);
@@ -123,19 +128,20 @@ impl Control {
         self.is_late().then_some(Ending::Time)
     }
 
-    /// Tells whether any condition was given.
+    /// Whether any condition was given.
     pub(super) fn is_open_ended(&self) -> bool {
         self.stop == Stop::default()
     }
 
-    /// Gives how many of a run's steps, of which `done` are done, the time left is enough for; at least one.
+    /// Returns how many of a run's steps, of which `done` are done, the time left is enough for; at
+    /// least one.
     pub(super) fn affordable(&self, done: u64) -> u64 {
         let Some(limit) = self.stop.time.filter(|_| done > 0) else { return u64::MAX };
         let left = limit.saturating_sub(self.elapsed()).as_secs_f64();
         ((left / self.elapsed().as_secs_f64() * done as f64) as u64).max(1)
     }
 
-    /// Tells whether the time is up.
+    /// Whether the time is up.
     pub(super) fn is_late(&self) -> bool {
         self.stop.time.is_some_and(|limit| self.elapsed() >= limit)
     }
@@ -156,7 +162,8 @@ impl Control {
         observer(&Progress { share, walks, error, elapsed: self.elapsed() })
     }
 
-    /// Foresees the finished share: of the walks, of the time, or of the walks that the target will take.
+    /// Foresees the finished share: of the walks, of the time, or of the walks that the target will
+    /// take.
     fn share(&self, walks: u64) -> f64 {
         let by_walks = self.stop.walks.map(|limit| walks as f64 / limit as f64);
         let by_time =

@@ -1,4 +1,5 @@
-//! Drives a survey of sensors or of rays: every walk serves every sensor (eq. 5), replicate by replicate, doubled until the stop.
+//! Drives a survey of sensors or of rays: every walk serves every sensor (eq. 5), replicate by
+//! replicate, doubled until the stop.
 
 use std::f64::consts::SQRT_2;
 use std::ops::{ControlFlow, Range};
@@ -42,16 +43,19 @@ pub struct Survey {
     /// One result per sensor; [`Measured::UNKNOWN`] where the time was up before any walk was
     /// served to it.
     pub results: Vec<Measured>,
-    /// What each sensor received in each replicate, lx; sensors share their walks, so that replicates of one number belong together. NaN by radiosity.
+    /// What each sensor received in each replicate, lx; sensors share their walks, so that
+    /// replicates of one number belong together. NaN by radiosity.
     pub replicates: Vec<[f64; REPLICATES]>,
     /// Why the run ended.
     pub ending: Ending,
     /// Walks in all; the shots of radiosity.
     pub walks: u64,
-    /// The share of the walks' flux that left an open scene; NaN where there are no walks of light to tell.
+    /// The share of the walks' flux that left an open scene; NaN where there are no walks of light
+    /// to tell.
     pub escaped: f64,
-    /// The share of all light that point lights shed on mirrors and these send on. A sensor gets none of that straight: no estimate finds a point in a
-    /// mirror. A light with an extent has no such share.
+    /// The share of all light that point lights shed on mirrors and these send on. A sensor gets
+    /// none of that straight: no estimate finds a point in a mirror. A light with an extent has no
+    /// such share.
     pub caustic: f64,
     /// The time it took.
     pub elapsed: Duration,
@@ -60,8 +64,8 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Gives the survey of some sensors the places they have among all: those of which `counts` is
-    /// true, in order. The others have measured NaN.
+    /// Returns the survey of some sensors the places they have among all: those of which `counts`
+    /// is true, in order. The others have measured NaN.
     pub fn scattered(self, counts: &[bool]) -> Self {
         let unknown = (Measured::UNKNOWN, [f64::NAN; REPLICATES]);
         let (mut results, mut replicates) = (self.results.into_iter(), self.replicates.into_iter());
@@ -73,7 +77,8 @@ impl Survey {
         Self { results, replicates, ..self }
     }
 
-    /// Gives the largest relative 95 % half width; those without any light count as exact. `None` when all are.
+    /// Returns the largest relative 95 % half width; those without any light count as exact. `None`
+    /// when all are.
     pub fn worst(&self) -> Option<f64> {
         let lit = self.results.iter().map(|r| r.total).filter(|e| e.mean > 0.0);
         lit.map(|e| e.relative_half_width()).reduce(f64::max)
@@ -94,8 +99,9 @@ pub(super) const SERVED_TOGETHER: usize = 64;
 /// Measures illuminance, lx, at all sensors.
 ///
 /// # Errors
-/// [`crate::Error::Parameter`] when the scene has no light, or when the estimator cannot be used: radiosity with an infinite surface, another reflection than
-/// Lambert's or a number of patches out of range; photons on cylinders or without a radius.
+/// [`crate::Error::Parameter`] when the scene has no light, or when the estimator cannot be used:
+/// radiosity with an infinite surface, another reflection than Lambert's or a number of patches out
+/// of range; photons on cylinders or without a radius.
 pub fn illuminance(
     scene: &Scene,
     sensors: &[Sensor],
@@ -107,8 +113,9 @@ pub fn illuminance(
     survey(scene, &receivers, |_| Rgb::BLACK, settings, observer)
 }
 
-/// Measures luminance, cd/m2, against the direction of all rays, at the first surface that each meets (eq. 11), and at those that mirrors show there; 0 where
-/// there is none. The direct part holds what the first surface emits.
+/// Measures luminance, cd/m2, against the direction of all rays, at the first surface that each
+/// meets (eq. 11), and at those that mirrors show there; 0 where there is none. The direct part
+/// holds what the first surface emits.
 ///
 /// # Errors
 /// As [`illuminance`].
@@ -135,7 +142,8 @@ pub fn luminance(
     Ok(survey)
 }
 
-/// Gives the vertices that a ray shows: the first that it meets and, with what mirrors leave of their light, those behind it.
+/// Returns the vertices that a ray shows: the first that it meets and, with what mirrors leave of
+/// their light, those behind it.
 fn seen<'a>(scene: &'a Scene, ray: &Ray) -> Vec<(Vertex<'a>, Rgb)> {
     let (mut seen, mut left) = (Vec::new(), Rgb::WHITE);
     let mut next = scene.vertex(ray);
@@ -167,8 +175,8 @@ fn together(
         sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
     }
     let direct = results.first().map_or(Estimate::without_error(0.0), |first| first.direct);
-    let spoilt = results.iter().map(|r| r.spoilt).sum();
-    (Measured { total: Estimate::of_replicates(&sum), direct, spoilt }, sum)
+    let non_finite = results.iter().map(|r| r.non_finite).sum();
+    (Measured { total: Estimate::of_replicates(&sum), direct, non_finite }, sum)
 }
 
 /// Measures what receivers get from the samples, and adds what they have of their own.
@@ -410,11 +418,11 @@ fn result(points: Rgb, sums: &[Sum; REPLICATES], walks: u64) -> Measured {
     Measured {
         total: mean(|s| s.total),
         direct: mean(|s| s.direct),
-        spoilt: sums.iter().map(|s| s.spoilt).sum(),
+        non_finite: sums.iter().map(|s| s.non_finite).sum(),
     }
 }
 
-/// Gives the illuminance of one sensor in each replicate, lx.
+/// Returns the illuminance of one sensor in each replicate, lx.
 fn replicates(
     points: Rgb,
     sums: &[Sum; REPLICATES],
@@ -425,5 +433,5 @@ fn replicates(
         return [f64::NAN; REPLICATES];
     }
     let points = points.luminance();
-    sums.map(|s| points + sum(&s) / (walks - s.spoilt).max(1) as f64)
+    sums.map(|s| points + sum(&s) / (walks - s.non_finite).max(1) as f64)
 }

@@ -1,7 +1,8 @@
-//! Random walks of light: from a point light or an emitting surface, from hit to hit, until absorbed by Russian roulette.
+//! Random walks of light: from a point light or an emitting surface, from hit to hit, until
+//! absorbed by Russian roulette.
 //!
-//! Q_n is the flux that arrives at hit y_n (Q_1 = Phi for one walk; averages over walks divide by their number). Whatever stands at y_n uses Q_n f
-//! G V; only then Q_(n+1) = Q_n f cos / pdf.
+//! Q_n is the flux that arrives at hit y_n (Q_1 = Phi for one walk; averages over walks divide by
+//! their number). Whatever stands at y_n uses Q_n f G V; only then Q_(n+1) = Q_n f cos / pdf.
 
 use glam::{DVec2, DVec3};
 
@@ -19,14 +20,17 @@ pub struct Node<'a> {
     /// The flux that leaves an emitting surface here, or arrives at a hit, lm; that of all hits it
     /// stands for in a long walk.
     pub flux: Rgb,
-    /// For the start on an emitting surface: the density, 1/m2, with which walks start here. `None` at a hit.
+    /// For the start on an emitting surface: the density, 1/m2, with which walks start here. `None`
+    /// at a hit.
     pub start_density: Option<f64>,
-    /// Whether the light came by mirrors from a point light, or from a node of which this holds: no ray backwards from here can find where it came from.
+    /// Whether the light came by mirrors from a point light, or from a node of which this holds: no
+    /// ray backwards from here can find where it came from.
     pub caustic: bool,
 }
 
 impl Node<'_> {
-    /// Tells whether place, normal and flux are numbers. Another node is the last of its walk, which it spoils.
+    /// Whether place, normal and flux are numbers. Another node is the last of its walk, which it
+    /// spoils.
     pub(super) fn is_sound(&self) -> bool {
         self.vertex.is_sound() && self.flux.is_finite()
     }
@@ -42,15 +46,16 @@ pub(super) struct Walked<'a> {
 }
 
 impl Walked<'_> {
-    /// Gives the flux that left the scene.
+    /// Returns the flux that left the scene.
     pub(super) fn escaped(&self) -> f64 {
         self.escape.map_or(0.0, |(_, flux)| flux.luminance())
     }
 }
 
-/// The share of its first flux below which a walk plays Russian roulette. Earlier, roulette would save less than its variance costs: in the
-/// head room, where about half is reflected, this takes 0.6 of the time to a given error that roulette at every hit takes; starting one hit
-/// earlier or later takes a tenth more than this.
+/// The share of its first flux below which a walk plays Russian roulette. Earlier, roulette would
+/// save less than its variance costs: in the head room, where about half is reflected, this takes
+/// 0.6 of the time to a given error that roulette at every hit takes; starting one hit earlier or
+/// later takes a tenth more than this.
 const FAINT: f64 = 0.25;
 
 /// The walks that look for caustics, and the seed of their own.
@@ -75,12 +80,13 @@ impl<'a> Launcher<'a> {
     /// Collects the lights of a scene.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when no light of the scene has any power, or one more than numbers can hold.
+    /// [`Error::Parameter`] when no light of the scene has any power, or one more than numbers can
+    /// hold.
     pub fn new(scene: &'a Scene) -> Result<Self> {
         let points = scene.lights().iter().map(|l| (Source::Point(l), l.flux().luminance()));
         if let Some(light) = scene.lights().iter().find(|l| !l.flux().luminance().is_finite()) {
             return Err(Error::Parameter(format!(
-                "light `{}` has a flux that no number can hold (1.8e308 lm at most): make it weaker",
+                "the flux of light `{}` is not finite; reduce its intensity",
                 light.name
             )));
         }
@@ -101,12 +107,12 @@ impl<'a> Launcher<'a> {
         Ok(Self { scene, sources, cumulative })
     }
 
-    /// Gives the power, lm, that all sources are counted with when one is picked.
+    /// Returns the power, lm, that all sources are counted with when one is picked.
     pub fn power(&self) -> f64 {
         self.cumulative.last().copied().unwrap_or(0.0)
     }
 
-    /// Gives the density, 1/m2, with which walks start at a point of an emitting object.
+    /// Returns the density, 1/m2, with which walks start at a point of an emitting object.
     pub fn start_density(&self, vertex: &Vertex) -> f64 {
         let emitter = self.scene.emitters().iter().find(|e| e.object == vertex.object);
         let surface = self.scene.objects()[vertex.object].area.as_ref();
@@ -139,7 +145,8 @@ impl<'a> Launcher<'a> {
         flux / (self.power() * WALKS_FOR_CAUSTICS as f64)
     }
 
-    /// Follows one walk, adds its nodes to `nodes` and returns the flux that escaped from the scene.
+    /// Follows one walk, adds its nodes to `nodes` and returns the flux that escaped from the
+    /// scene.
     pub fn walk(&self, stream: &mut Stream, nodes: &mut Vec<Node<'a>>) -> Rgb {
         self.run(stream, nodes, &|| false).map_or(Rgb::BLACK, |(_, flux)| flux)
     }
@@ -183,7 +190,7 @@ impl<'a> Launcher<'a> {
             let caustic = hidden && mirrored;
             let node = Node { vertex, flux, start_density: None, caustic };
             if !node.is_sound() {
-                // It would outlive every roulette; who looks at the walk counts it as spoilt.
+                // It would outlive every roulette; who looks at the walk counts it as non-finite.
                 nodes.push(node);
                 return None;
             }

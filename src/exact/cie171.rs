@@ -1,9 +1,10 @@
 //! The analytic cases of CIE 171:2006, section 5, as tables of points with their exact values.
 //!
-//! One room throughout: 4 x 4 x 3 m with a corner at the origin, points in the plane x = 2: A to F on the wall y = 0 from z = 2.75 down to
-//! 0.25, G to N on the floor or the ceiling from y = 0.25 up to 3.75. The values are computed from the formulas, not copied from the
-//! report, whose Table 19 (case 5.7) is wrong (errata by I. Ashdown). Case 5.5 is the glass of [`glass`], case 5.8 the cube of
-//! [`interreflection`].
+//! One room throughout: 4 x 4 x 3 m with a corner at the origin, points in the plane x = 2: A to F
+//! on the wall y = 0 from z = 2.75 down to 0.25, G to N on the floor or the ceiling from y = 0.25
+//! up to 3.75. The values are computed from the formulas, not copied from the report, whose Table
+//! 19 (case 5.7) is wrong (errata by I. Ashdown). Case 5.5 is the glass of [`glass`], case 5.8 the
+//! cube of [`interreflection`].
 
 use std::f64::consts::PI;
 
@@ -25,7 +26,8 @@ pub struct Reading {
     pub normal: DVec3,
     /// The exact value; its unit is the case's.
     pub value: f64,
-    /// The figure that the report prints, in the same unit, where it differs from the exact one and is known here.
+    /// The figure that the report prints, in the same unit, where it differs from the exact one and
+    /// is known here.
     pub published: Option<f64>,
 }
 
@@ -53,7 +55,8 @@ pub const GLASS_INDEX: f64 = 1.52;
 /// The intensity along the axis of the source of case 5.2, cd.
 pub const POINT_SOURCE_INTENSITY: f64 = 1000.0;
 
-/// Gives case 5.2, lx: a Lambertian point source at (0, 0, 3) that looks down, over the 4 x 4 m plane about the origin.
+/// Returns case 5.2, lx: a Lambertian point source at (0, 0, 3) that looks down, over the 4 x 4 m
+/// plane about the origin.
 ///
 /// E = I0 h^2/(h^2 + x^2 + y^2)^2; the labels count the points from 0.
 pub fn point_source() -> Vec<Reading> {
@@ -79,13 +82,14 @@ pub fn point_source() -> Vec<Reading> {
     ('0'..='9').zip(places).map(reading).collect()
 }
 
-/// Gives the illuminance, lx, of case 5.2 at `offset` metres from the foot of the source.
+/// Returns the illuminance, lx, of case 5.2 at `offset` metres from the foot of the source.
 pub fn point_source_at(offset: DVec2) -> f64 {
     let h2 = HEIGHT * HEIGHT;
     POINT_SOURCE_INTENSITY * h2 / (h2 + offset.length_squared()).powi(2)
 }
 
-/// Gives case 5.3, lx: a uniform source of 1 x 1 m and 1000 cd/m2 in the middle of the ceiling of a black room, wall and floor.
+/// Returns case 5.3, lx: a uniform source of 1 x 1 m and 1000 cd/m2 in the middle of the ceiling of
+/// a black room, wall and floor.
 ///
 /// The report's own figures stand beside the exact ones; they are up to 0.3 % off.
 pub fn area_source() -> Vec<Reading> {
@@ -96,17 +100,19 @@ pub fn area_source() -> Vec<Reading> {
     readings.into_iter().zip(of_point).map(|(r, p)| Reading { published: Some(p), ..r }).collect()
 }
 
-/// Gives the illuminance, lx, of case 5.3 at any point below the ceiling.
+/// Returns the illuminance, lx, of case 5.3 at any point below the ceiling.
 pub fn area_source_at(point: DVec3, normal: DVec3) -> f64 {
     let source = [(1.5, 1.5), (2.5, 1.5), (2.5, 2.5), (1.5, 2.5)];
     let source = source.map(|(x, y)| DVec3::new(x, y, HEIGHT));
     PI * AREA_SOURCE_LUMINANCE * polygon(&source, point, normal)
 }
 
-/// Gives case 5.4, lm: what each face of the black room receives of an isotropic source of 10 000 lm at `source`, metres.
+/// Returns case 5.4, lm: what each face of the black room receives of an isotropic source of 10 000
+/// lm at `source`, metres.
 ///
-/// The flux is that of the source times the solid angle of the face over 4 pi; the six add up to the whole. From the foot of the
-/// perpendicular to a face, a rectangle of a x b at distance d fills atan(a b/(d sqrt(a^2 + b^2 + d^2))) for each quadrant.
+/// The flux is that of the source times the solid angle of the face over 4 pi; the six add up to
+/// the whole. From the foot of the perpendicular to a face, a rectangle of a x b at distance d
+/// fills atan(a b/(d sqrt(a^2 + b^2 + d^2))) for each quadrant.
 ///
 /// # Errors
 /// [`Error::Parameter`](crate::Error::Parameter) for a source that is not inside the room.
@@ -133,34 +139,38 @@ pub fn flux_conservation(source: DVec3) -> Result<[FaceFlux; 6]> {
     }))
 }
 
-/// Gives the solid angle of a rectangle of `a` x `b` from a point at `distance` over one of its corners.
+/// Returns the solid angle of a rectangle of `a` x `b` from a point at `distance` over one of its
+/// corners.
 fn solid_angle(a: f64, b: f64, distance: f64) -> f64 {
     (a * b).atan2(distance * DVec3::new(a, b, distance).length())
 }
 
-/// Gives case 5.5: the clear glass whose directional transmittance is asked for, by its transmittance inside along the normal.
+/// Returns case 5.5: the clear glass whose directional transmittance is asked for, by its
+/// transmittance inside along the normal.
 pub const fn glass(internal_transmittance: f64) -> Pane {
     Pane { refractive_index: GLASS_INDEX, internal_transmittance }
 }
 
-/// Gives case 5.6, percent: E/(E_hz rho) on wall (A to E) and ceiling (G to N) when only the floor is lit, by E_hz, and reflects.
+/// Returns case 5.6, percent: E/(E_hz rho) on wall (A to E) and ceiling (G to N) when only the
+/// floor is lit, by E_hz, and reflects.
 pub fn diffuse_reflection() -> Vec<Reading> {
     read(wall(5).chain(ceiling()), diffuse_reflection_at)
 }
 
-/// Gives the value, percent, of case 5.6 at any point above the floor.
+/// Returns the value, percent, of case 5.6 at any point above the floor.
 pub fn diffuse_reflection_at(point: DVec3, normal: DVec3) -> f64 {
     let lit = [(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)];
     100.0 * polygon(&lit.map(|(x, y)| DVec3::new(x, y, 0.0)), point, normal)
 }
 
-/// Gives case 5.7, percent: E/(E_v rho) on wall (A to F) and floor (G to K) when only the wall y = 4 is lit, by E_v, and reflects, while
-/// a black box across the whole room (2.5 <= y <= 2.7, z <= 1) stands before it.
+/// Returns case 5.7, percent: E/(E_v rho) on wall (A to F) and floor (G to K) when only the wall y
+/// = 4 is lit, by E_v, and reflects, while a black box across the whole room (2.5 <= y <= 2.7, z
+/// <= 1) stands before it.
 pub fn obstruction() -> Vec<Reading> {
     read(wall(6).chain(floor(5)), obstruction_at)
 }
 
-/// Gives the value, percent, of case 5.7 at any point before the box (y < 2.5).
+/// Returns the value, percent, of case 5.7 at any point before the box (y < 2.5).
 pub fn obstruction_at(point: DVec3, normal: DVec3) -> f64 {
     // Both upper edges of the box hide the wall below the line through them.
     let hidden_by = |y: f64| point.z + (1.0 - point.z) * (SIDE - point.y) / (y - point.y);
@@ -169,9 +179,11 @@ pub fn obstruction_at(point: DVec3, normal: DVec3) -> f64 {
     100.0 * polygon(&seen.map(|(x, z)| DVec3::new(x, SIDE, z)), point, normal)
 }
 
-/// Gives case 5.8: a cube of 4 m, all faces of one reflectance, with an isotropic source of 10 000 lm in its middle.
+/// Returns case 5.8: a cube of 4 m, all faces of one reflectance, with an isotropic source of 10
+/// 000 lm in its middle.
 ///
-/// The report's formula is [`Cube::mean_indirect`], exact as a mean over the faces; [`Cube::solve`] gives every point.
+/// The report's formula is [`Cube::mean_indirect`], exact as a mean over the faces; [`Cube::solve`]
+/// gives every point.
 pub const fn interreflection(reflectance: f64) -> Cube {
     Cube { edge: 4.0, flux: SOURCE_FLUX, reflectance }
 }
@@ -192,7 +204,7 @@ fn read(
         .collect()
 }
 
-/// Gives the first `count` points of the wall y = 0, from A downwards.
+/// Returns the first `count` points of the wall y = 0, from A downwards.
 fn wall(count: usize) -> impl Iterator<Item = (char, DVec3, DVec3)> {
     ('A'..='F')
         .zip(0_u32..)
@@ -200,7 +212,7 @@ fn wall(count: usize) -> impl Iterator<Item = (char, DVec3, DVec3)> {
         .map(|(label, i)| (label, DVec3::new(2.0, 0.0, 2.75 - 0.5 * f64::from(i)), DVec3::Y))
 }
 
-/// Gives the first `count` points of the floor, from G away from the wall.
+/// Returns the first `count` points of the floor, from G away from the wall.
 fn floor(count: usize) -> impl Iterator<Item = (char, DVec3, DVec3)> {
     ('G'..='N')
         .zip(0_u32..)
@@ -208,7 +220,7 @@ fn floor(count: usize) -> impl Iterator<Item = (char, DVec3, DVec3)> {
         .map(|(label, i)| (label, DVec3::new(2.0, 0.25 + 0.5 * f64::from(i), 0.0), DVec3::Z))
 }
 
-/// Gives the points of the ceiling, G to N.
+/// Returns the points of the ceiling, G to N.
 fn ceiling() -> impl Iterator<Item = (char, DVec3, DVec3)> {
     floor(8).map(|(label, point, up)| (label, point + HEIGHT * up, -up))
 }

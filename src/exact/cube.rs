@@ -1,11 +1,15 @@
-//! Light between the six equal faces of a cube with an isotropic source at its centre (CIE 171:2006, case 5.8), pointwise.
+//! Light between the six equal faces of a cube with an isotropic source at its centre (CIE
+//! 171:2006, case 5.8), pointwise.
 //!
-//! By symmetry the illuminance is one function E(x, y) on every face, with the eight symmetries of the square. In units of half the
-//! edge it solves E = E0 + rho K E, where the opposite face has the kernel 4/(pi d^4) and a neighbour z' delta/(pi d^4), delta being the
-//! distance of the receiver from the common edge and z' that of the sender. Near an edge E ~ c0 + c1 delta^alpha with 1/2 < alpha <= 1
-//! (rho/4 B(1 + alpha/2, (1 - alpha)/2) = 1), so E is interpolated by polynomials in t = delta^(1/4), in which it is smooth enough; K
-//! is integrated on panels that are refined towards the near edge and the receiver, where the kernel is almost singular. Collocation
-//! at the nodes gives the values there, one more application of K (Sloan's iterate) the illuminance anywhere.
+//! By symmetry the illuminance is one function E(x, y) on every face, with the eight symmetries of
+//! the square. In units of half the edge it solves E = E0 + rho K E, where the opposite face has
+//! the kernel 4/(pi d^4) and a neighbour z' delta/(pi d^4), delta being the distance of the
+//! receiver from the common edge and z' that of the sender. Near an edge E ~ c0 + c1 delta^alpha
+//! with 1/2 < alpha <= 1 (rho/4 B(1 + alpha/2, (1 - alpha)/2) = 1), so E is interpolated by
+//! polynomials in t = delta^(1/4), in which it is smooth enough; K is integrated on panels that are
+//! refined towards the near edge and the receiver, where the kernel is almost singular. Collocation
+//! at the nodes gives the values there, one more application of K (Sloan's iterate) the illuminance
+//! anywhere.
 
 use std::f64::consts::PI;
 
@@ -43,7 +47,8 @@ pub struct CubeLight {
     values: DMatrix<f64>,
 }
 
-/// Nodes along half an edge: 210 unknowns; 465 (30 nodes) change E by 4e-8 or less up to reflectance 0.95.
+/// Nodes along half an edge: 210 unknowns; 465 (30 nodes) change E by 4e-8 or less up to
+/// reflectance 0.95.
 const NODES: usize = 20;
 /// E has kinks at the edges; panels of this length resolve them to 1e-8 of E.
 const KINK: f64 = 1e-3;
@@ -51,9 +56,11 @@ const KINK: f64 = 1e-3;
 const NEAREST: f64 = 1e-10;
 
 impl Cube {
-    /// Solves the integral equation, in a fraction of a second; one point then takes about a millisecond.
+    /// Solves the integral equation, in a fraction of a second; one point then takes about a
+    /// millisecond.
     ///
-    /// The relative error is about 1e-7 up to reflectance 0.95, and 1e-5 within a thousandth of the edge length of an edge.
+    /// The relative error is about 1e-7 up to reflectance 0.95, and 1e-5 within a thousandth of the
+    /// edge length of an edge.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a field outside its range.
@@ -64,7 +71,7 @@ impl Cube {
         Ok(CubeLight { cube: *self, basis, values })
     }
 
-    /// Gives the direct illuminance, lx, at `(x, y)` metres from the centre of a face.
+    /// Returns the direct illuminance, lx, at `(x, y)` metres from the centre of a face.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a field outside its range or a point outside the face.
@@ -73,7 +80,8 @@ impl Cube {
         Ok(self.unit() * direct(self.on_face(x, y)?))
     }
 
-    /// Gives the mean indirect illuminance, lx, over all faces, rho Phi/(A (1 - rho)): exact as a mean, not pointwise.
+    /// Returns the mean indirect illuminance, lx, over all faces, rho Phi/(A (1 - rho)): exact as a
+    /// mean, not pointwise.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a field outside its range.
@@ -89,7 +97,7 @@ impl Cube {
         absorbing("the reflectance", self.reflectance)
     }
 
-    /// Gives the illuminance in the middle of a face, which stands for 1.
+    /// Returns the illuminance in the middle of a face, which stands for 1.
     fn unit(&self) -> f64 {
         self.flux / (PI * self.edge * self.edge)
     }
@@ -106,7 +114,8 @@ impl Cube {
 }
 
 impl CubeLight {
-    /// Gives the illuminance, lx, at `(x, y)` metres from the centre of a face, along its edges; on an edge, the limit there.
+    /// Returns the illuminance, lx, at `(x, y)` metres from the centre of a face, along its edges;
+    /// on an edge, the limit there.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a point outside the face.
@@ -114,7 +123,7 @@ impl CubeLight {
         Ok(self.cube.direct(x, y)? + self.indirect(x, y)?)
     }
 
-    /// Gives the part of the illuminance, lx, that was reflected at least once.
+    /// Returns the part of the illuminance, lx, that was reflected at least once.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a point outside the face.
@@ -125,12 +134,13 @@ impl CubeLight {
     }
 }
 
-/// Gives E0 at a point of the face, 1 in the middle.
+/// Returns E0 at a point of the face, 1 in the middle.
 fn direct([x, y]: [f64; 2]) -> f64 {
     (1.0 + x * x + y * y).powf(-1.5)
 }
 
-/// Solves (1 - rho K) E = E0 at the nodes; E is symmetric, so only the nodes with j <= i are unknown.
+/// Solves (1 - rho K) E = E0 at the nodes; E is symmetric, so only the nodes with j <= i are
+/// unknown.
 fn collocate(rho: f64, basis: &Basis) -> Result<DMatrix<f64>> {
     let n = basis.nodes.len();
     let pairs: Vec<(usize, usize)> = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
@@ -150,7 +160,7 @@ fn collocate(rho: f64, basis: &Basis) -> Result<DMatrix<f64>> {
     Ok(DMatrix::from_fn(n, n, |i, j| solved[place(i, j)]))
 }
 
-/// Gives the weights w such that (K E)(point) = sum w_ij E_ij.
+/// Returns the weights w such that (K E)(point) = sum w_ij E_ij.
 fn gather(point: [f64; 2], basis: &Basis) -> DMatrix<f64> {
     let [x, y] = point.map(|c| c.clamp(NEAREST - 1.0, 1.0 - NEAREST));
     let mut weights = opposite([x, y], basis);
@@ -160,7 +170,7 @@ fn gather(point: [f64; 2], basis: &Basis) -> DMatrix<f64> {
     weights
 }
 
-/// Gives the weights of the opposite face, two half edges away.
+/// Returns the weights of the opposite face, two half edges away.
 fn opposite([x, y]: [f64; 2], basis: &Basis) -> DMatrix<f64> {
     let rule = graded(-1.0, 1.0, &[(-1.0, KINK), (1.0, KINK)]);
     weigh(&rule, &rule, 0.0, basis, |u, v| {
@@ -169,7 +179,8 @@ fn opposite([x, y]: [f64; 2], basis: &Basis) -> DMatrix<f64> {
     })
 }
 
-/// Gives the weights of the face behind an edge at distance `delta`, the receiver standing at `along` beside that edge.
+/// Returns the weights of the face behind an edge at distance `delta`, the receiver standing at
+/// `along` beside that edge.
 fn neighbour(delta: f64, along: f64, basis: &Basis) -> DMatrix<f64> {
     let beside = graded(-1.0, 1.0, &[(along, delta), (-1.0, KINK), (1.0, KINK)]);
     let above = graded(0.0, 2.0, &[(0.0, delta.min(KINK)), (2.0, KINK)]);
@@ -179,7 +190,8 @@ fn neighbour(delta: f64, along: f64, basis: &Basis) -> DMatrix<f64> {
     })
 }
 
-/// Integrates kernel(u, v) times each basis function of (u, v - shift) over the product of two rules.
+/// Integrates kernel(u, v) times each basis function of (u, v - shift) over the product of two
+/// rules.
 fn weigh(
     us: &Rule,
     vs: &Rule,
@@ -193,7 +205,8 @@ fn weigh(
     left.tr_mul(&(kernel * right))
 }
 
-/// Builds a rule on [a, b] of 6-point Gauss panels none of which is longer than its distance from each focus plus that focus' scale.
+/// Builds a rule on [a, b] of 6-point Gauss panels none of which is longer than its distance from
+/// each focus plus that focus' scale.
 fn graded(a: f64, b: f64, foci: &[(f64, f64)]) -> Rule {
     let base = Rule::gauss_legendre(6);
     let mut rule = Rule { nodes: Vec::new(), weights: Vec::new() };
@@ -212,7 +225,8 @@ fn graded(a: f64, b: f64, foci: &[(f64, f64)]) -> Rule {
     rule
 }
 
-/// Interpolates even functions on [-1, 1] by polynomials in t = (1 - |u|)^(1/4) (barycentric Lagrange form).
+/// Interpolates even functions on [-1, 1] by polynomials in t = (1 - |u|)^(1/4) (barycentric
+/// Lagrange form).
 #[derive(Debug, Clone)]
 struct Basis {
     /// The nodes in t: Gauss-Legendre on [0, 1].
@@ -226,19 +240,21 @@ impl Basis {
         let nodes = Rule::gauss_legendre(n).on(0.0, 1.0).nodes;
         let weight = |i: usize| -> f64 {
             let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
-            // Differences are counted in quarters of the interval, its capacity, which keeps the product near 1.
+            // Differences are counted in quarters of the interval, its capacity, which keeps the
+            // product near 1.
             others.map(|(_, t)| 0.25 / (nodes[i] - t)).product()
         };
         let weights = (0..n).map(weight).collect();
         Self { nodes, weights }
     }
 
-    /// Gives u at node `i`.
+    /// Returns u at node `i`.
     fn place(&self, i: usize) -> f64 {
         1.0 - self.nodes[i].powi(4)
     }
 
-    /// Gives weight times value of every basis function at the nodes of a rule, moved by `shift`: one row a node.
+    /// Returns weight times value of every basis function at the nodes of a rule, moved by `shift`:
+    /// one row a node.
     fn rows(&self, rule: &Rule, shift: f64) -> DMatrix<f64> {
         let mut rows = DMatrix::zeros(rule.nodes.len(), self.nodes.len());
         for (r, (u, w)) in rule.iter().enumerate() {
@@ -302,8 +318,8 @@ mod tests {
 
     #[test]
     fn grey_cubes_are_the_printed_table() {
-        // The table is good to about 1e-5 inside and drifts to 7e-5 beside the corner, where this solution holds
-        // (see the test over directions).
+        // The table is good to about 1e-5 inside and drifts to 7e-5 beside the corner, where this
+        // solution holds (see the test over directions).
         for (rho, values) in [
             (0.5, [310.981, 278.103, 253.230, 216.074, 161.07, 119.38, 106.45]),
             (0.8, [629.90, 596.55, 571.37, 531.78, 467.32, 402.14, 370.92]),
@@ -320,7 +336,8 @@ mod tests {
 
     #[test]
     fn white_furnace_is_uniform_everywhere() {
-        // The five faces fill the view of any point: the weights add up to 1, to the accuracy of 6-point panels.
+        // The five faces fill the view of any point: the weights add up to 1, to the accuracy of
+        // 6-point panels.
         let basis = Basis::new(8);
         for (x, y) in [(0.0, 0.0), (0.3, 0.9), (0.95, -0.95), (0.995, 0.2), (0.999_99, 0.999_999)] {
             let sum = gather([x, y], &basis).sum();
@@ -356,7 +373,8 @@ mod tests {
         for ((x, y), (u, v)) in
             [((2.0, 0.7), (1.999_999, 0.7)), ((2.0, 2.0), (1.999_999, 1.999_999))]
         {
-            // E changes as the distance to the power 0.78 here: 1e-5 on the way from half a millionth of the edge.
+            // E changes as the distance to the power 0.78 here: 1e-5 on the way from half a
+            // millionth of the edge.
             assert!((at(x, y) / at(u, v) - 1.0).abs() <= 1e-4, "{} {}", at(x, y), at(u, v));
         }
         for (x, y) in [(-1.3, 0.4), (0.4, 1.3), (-0.4, -1.3)] {
@@ -364,8 +382,8 @@ mod tests {
         }
     }
 
-    /// Gives the interpolated illuminance, in units of the middle's direct one, where the ray from `point` of the floor z = -1 of the
-    /// cube [-1, 1]^3 along `d` arrives.
+    /// Returns the interpolated illuminance, in units of the middle's direct one, where the ray
+    /// from `point` of the floor z = -1 of the cube [-1, 1]^3 along `d` arrives.
     fn seen(light: &CubeLight, [x, y]: [f64; 2], d: [f64; 3]) -> f64 {
         let origin = [x, y, -1.0];
         let exit = |i: usize| (1.0_f64.copysign(d[i]) - origin[i]) / d[i];
@@ -380,9 +398,10 @@ mod tests {
 
     #[test]
     fn equation_holds_when_integrated_over_directions() {
-        // An independent oracle: E = E0 + rho times the mean of E over cosine-distributed directions, by a Fibonacci lattice in
-        // (sin^2 of the zenith angle, azimuth), the former stretched so that both its ends are resolved. 832 040 directions
-        // agree with the solution to 4e-7 at all seven points of the table; these 121 393 are good to 5e-6.
+        // An independent oracle: E = E0 + rho times the mean of E over cosine-distributed
+        // directions, by a Fibonacci lattice in (sin^2 of the zenith angle, azimuth), the former
+        // stretched so that both its ends are resolved. 832 040 directions agree with the solution
+        // to 4e-7 at all seven points of the table; these 121 393 are good to 5e-6.
         let (n, generator) = (121_393, 75_025.0);
         let light = case(0.8).solve().unwrap();
         for (x, y) in [(0.0, 0.0), (1.5, 1.5), (1.99, 1.99)] {

@@ -1,8 +1,11 @@
-//! The Sobolev problem with finite discs: the same source between two coaxial Lambert discs, black outside.
+//! The Sobolev problem with finite discs: the same source between two coaxial Lambert discs, black
+//! outside.
 //!
-//! Unlike infinite planes a renderer can hold these exactly. In units of the gap the illuminances solve the one-dimensional equation
+//! Unlike infinite planes a renderer can hold these exactly. In units of the gap the illuminances
+//! solve the one-dimensional equation
 //!
-//! E1(r) = h1/(h1^2 + r^2)^1.5 + rho2 int_0^R K(r, r') E2(r') dr',  K = 2 r' (1 + r^2 + r'^2)/{[1 + (r-r')^2][1 + (r+r')^2]}^1.5,
+//! E1(r) = h1/(h1^2 + r^2)^1.5 + rho2 int_0^R K(r, r') E2(r') dr',  K = 2 r' (1 + r^2 + r'^2)/{[1 +
+//! (r-r')^2][1 + (r+r')^2]}^1.5,
 //!
 //! and its exchange of indices, here by Nystroem's method on Gauss panels with E2 eliminated.
 
@@ -15,7 +18,8 @@ use super::sobolev::{Plane, SobolevProblem, direct};
 use crate::math::quadrature::Rule;
 use crate::{Error, Result};
 
-/// Holds the solved problem of two coaxial discs of one radius; any distance can be asked for afterwards.
+/// Holds the solved problem of two coaxial discs of one radius; any distance can be asked for
+/// afterwards.
 ///
 /// ```
 /// use harmolux::exact::{Plane, SobolevProblem};
@@ -33,16 +37,18 @@ pub struct SobolevDiscs {
     values: [DVector<f64>; 2],
 }
 
-/// The largest radius, in gaps: 600 nodes a disc, a fraction of a second. Beyond it infinite planes are near enough.
+/// The largest radius, in gaps: 600 nodes a disc, a fraction of a second. Beyond it infinite planes
+/// are near enough.
 const LARGEST: f64 = 50.0;
 /// The least height of the source over a disc, in gaps: each halving of it takes one more panel.
 const NEAREST: f64 = 1e-6;
 
 impl SobolevProblem {
-    /// Solves the problem for coaxial discs of `radius` metres (above 0, at most 50 gaps) in place of infinite planes.
+    /// Solves the problem for coaxial discs of `radius` metres (above 0, at most 50 gaps) in place
+    /// of infinite planes.
     ///
-    /// Relative error about 1e-11. Both reflectances may be 1: light escapes between the discs. The source stands at least a
-    /// millionth of the gap from either disc.
+    /// Relative error about 1e-11. Both reflectances may be 1: light escapes between the discs. The
+    /// source stands at least a millionth of the gap from either disc.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a field or `radius` outside its range.
@@ -62,7 +68,8 @@ impl SobolevProblem {
 }
 
 impl SobolevDiscs {
-    /// Gives the illuminance, lx, in the plane of a disc at distance `r` (metres, at least 0) from the axis.
+    /// Returns the illuminance, lx, in the plane of a disc at distance `r` (metres, at least 0)
+    /// from the axis.
     ///
     /// Past the radius this is the illuminance of the black surroundings.
     ///
@@ -72,7 +79,7 @@ impl SobolevDiscs {
         Ok(self.problem.direct(plane, r)? + self.indirect(plane, r)?)
     }
 
-    /// Gives the part of the illuminance, lx, that was reflected at least once.
+    /// Returns the part of the illuminance, lx, that was reflected at least once.
     ///
     /// # Errors
     /// As [`SobolevDiscs::illuminance`].
@@ -84,7 +91,8 @@ impl SobolevDiscs {
         Ok(self.problem.unit() * self.problem.reflectance[other] * integral)
     }
 
-    /// Gives the flux, lm, that leaves through the open rim or is absorbed beyond it: the source's less what the discs absorb.
+    /// Returns the flux, lm, that leaves through the open rim or is absorbed beyond it: the
+    /// source's less what the discs absorb.
     pub fn escaped_flux(&self) -> f64 {
         let absorbed = |i: usize| -> f64 {
             let terms = self.nodes.iter().zip(self.values[i].iter());
@@ -95,7 +103,8 @@ impl SobolevDiscs {
     }
 }
 
-/// Places 12 Gauss nodes a panel on [0, radius]: panels grow from the source height to one gap, the scale of the kernel.
+/// Places 12 Gauss nodes a panel on [0, radius]: panels grow from the source height to one gap, the
+/// scale of the kernel.
 fn nodes(radius: f64, height: f64) -> Vec<(f64, f64)> {
     let base = Rule::gauss_legendre(12);
     let mut nodes = Vec::new();
@@ -108,13 +117,14 @@ fn nodes(radius: f64, height: f64) -> Vec<(f64, f64)> {
     nodes
 }
 
-/// Gives the kernel of the one-dimensional equation, ring to point.
+/// Returns the kernel of the one-dimensional equation, ring to point.
 fn kernel(r: f64, s: f64) -> f64 {
     let product = (1.0 + (r - s).powi(2)) * (1.0 + (r + s).powi(2));
     2.0 * s * (1.0 + r * r + s * s) / (product * product.sqrt())
 }
 
-/// Solves for both discs at the nodes: (1 - rho1 rho2 K^2) E1 = d1 + rho2 K d2, then E2 = d2 + rho1 K E1.
+/// Solves for both discs at the nodes: (1 - rho1 rho2 K^2) E1 = d1 + rho2 K d2, then E2 = d2 + rho1
+/// K E1.
 fn solve(rho: [f64; 2], h: [f64; 2], nodes: &[(f64, f64)]) -> Result<[DVector<f64>; 2]> {
     let n = nodes.len();
     let k = DMatrix::from_fn(n, n, |i, j| nodes[j].1 * kernel(nodes[i].0, nodes[j].0));
@@ -216,7 +226,8 @@ mod tests {
             for r in [0.0, 0.3, 1.0, 3.0] {
                 let difference =
                     b.illuminance(plane, r).unwrap() - discs.illuminance(plane, r).unwrap();
-                // What the planes add beyond R = 20 is below 2e-7 in case A, and a little more here.
+                // What the planes add beyond R = 20 is below 2e-7 in case A, and a little more
+                // here.
                 assert!((0.0..=1e-6).contains(&difference), "{plane:?}, r = {r}: {difference:e}");
             }
         }

@@ -1,14 +1,17 @@
-//! Closed enclosures whose light is known in closed form: the integrating sphere, pairs of uniform surfaces, the mean of any room.
+//! Closed enclosures whose light is known in closed form: the integrating sphere, pairs of uniform
+//! surfaces, the mean of any room.
 //!
-//! On a sphere the form-factor kernel is the constant 1/A, so E(x) = E0(x) + int rho E0 dA / [A (1 - mean rho)] whatever the emission
-//! and the reflectance. Two surfaces that see each other and themselves uniformly reduce to two linear equations.
+//! On a sphere the form-factor kernel is the constant 1/A, so E(x) = E0(x) + int rho E0 dA / [A
+//! (1 - mean rho)] whatever the emission and the reflectance. Two surfaces that see each other and
+//! themselves uniformly reduce to two linear equations.
 
 use std::f64::consts::PI;
 
 use super::ranges::{absorbing, accept, not_negative, positive, reflectance};
 use crate::{Error, Result};
 
-/// Describes a sphere of two zones with an isotropic point source on its z axis. A port is a zone of reflectance 0.
+/// Describes a sphere of two zones with an isotropic point source on its z axis. A port is a zone
+/// of reflectance 0.
 ///
 /// ```
 /// use harmolux::exact::enclosures::IntegratingSphere;
@@ -27,12 +30,13 @@ pub struct IntegratingSphere {
     pub offset: f64,
     /// The height of the boundary of the zones over the centre, divided by R, in [-1, 1].
     pub boundary: f64,
-    /// The reflectances above and below the boundary, each in [0, 1]; their mean over the area below 1.
+    /// The reflectances above and below the boundary, each in [0, 1]; their mean over the area
+    /// below 1.
     pub reflectance: [f64; 2],
 }
 
 impl IntegratingSphere {
-    /// Gives the illuminance, lx, at height `mu` R over the centre, `mu` in [-1, 1].
+    /// Returns the illuminance, lx, at height `mu` R over the centre, `mu` in [-1, 1].
     ///
     /// # Errors
     /// [`Error::Parameter`] for a field or `mu` outside its range.
@@ -40,7 +44,8 @@ impl IntegratingSphere {
         Ok(self.direct(mu)? + self.indirect()?)
     }
 
-    /// Gives the direct part, lx: flux/(4 pi) (R - a mu)/(R^2 + a^2 - 2 R a mu)^1.5 with a the offset.
+    /// Returns the direct part, lx: flux/(4 pi) (R - a mu)/(R^2 + a^2 - 2 R a mu)^1.5 with a the
+    /// offset.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a field or `mu` outside its range.
@@ -51,7 +56,7 @@ impl IntegratingSphere {
         Ok(self.flux / (4.0 * PI) * (r - a * mu) / self.distance(mu).powi(3))
     }
 
-    /// Gives the indirect part, lx, the same everywhere.
+    /// Returns the indirect part, lx, the same everywhere.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a field outside its range.
@@ -63,12 +68,12 @@ impl IntegratingSphere {
         Ok(reflected / (area * (1.0 - self.mean_reflectance())))
     }
 
-    /// Gives the direct flux, lm, on the part of the sphere below height `mu` R.
+    /// Returns the direct flux, lm, on the part of the sphere below height `mu` R.
     fn flux_below(&self, mu: f64) -> f64 {
         0.5 * self.flux * (1.0 + (self.radius * mu - self.offset) / self.distance(mu))
     }
 
-    /// Gives the distance from the source to the circle at height `mu` R.
+    /// Returns the distance from the source to the circle at height `mu` R.
     fn distance(&self, mu: f64) -> f64 {
         let (r, a) = (self.radius, self.offset);
         // The sum of squares has no cancellation when source and point are near the same pole.
@@ -102,7 +107,8 @@ pub struct Balance {
     pub illuminance: [f64; 2],
 }
 
-/// Describes a spherical cap closed by its flat disc; each emits and reflects uniformly. Arrays are [cap, disc].
+/// Describes a spherical cap closed by its flat disc; each emits and reflects uniformly. Arrays are
+/// [cap, disc].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CapAndDisc {
     /// The cap's share of the area of its sphere, between 0 and 1; 1/2 is the hemisphere.
@@ -137,7 +143,8 @@ pub struct ConcentricSpheres {
 }
 
 impl ConcentricSpheres {
-    /// Solves E_inner = M_outer, E_outer = q M_inner + (1 - q) M_outer with q the ratio of the areas.
+    /// Solves E_inner = M_outer, E_outer = q M_inner + (1 - q) M_outer with q the ratio of the
+    /// areas.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a field outside its range.
@@ -170,7 +177,8 @@ impl ParallelPlanes {
     }
 }
 
-/// Gives the mean illuminance, lx, over all surfaces of a closed room of one reflectance: flux/[area (1 - rho)], whatever its shape.
+/// Returns the mean illuminance, lx, over all surfaces of a closed room of one reflectance:
+/// flux/[area (1 - rho)], whatever its shape.
 ///
 /// `flux` lm, at least 0; `area` m2, above 0; `rho` at least 0 and below 1.
 ///
@@ -183,7 +191,8 @@ pub fn mean_illuminance(flux: f64, area: f64, rho: f64) -> Result<f64> {
     Ok(flux / (area * (1.0 - rho)))
 }
 
-/// Solves M = M0 + rho F M for two surfaces by Cramer's rule; `form_factors[i][j]` is the share of i's view that j fills.
+/// Solves M = M0 + rho F M for two surfaces by Cramer's rule; `form_factors[i][j]` is the share of
+/// i's view that j fills.
 fn balance(f: [[f64; 2]; 2], emission: [f64; 2], rho: [f64; 2]) -> Result<Balance> {
     for i in 0..2 {
         not_negative("the emission", emission[i])?;

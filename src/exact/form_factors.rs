@@ -1,8 +1,9 @@
 //! Form factors between simple surfaces and configuration factors at a point.
 //!
-//! A form factor is the share of the flux from a uniform Lambert surface that arrives at another; a configuration factor C is its
-//! limit at a point, so that E = pi L C. Closed forms after Howell's "Catalog of Radiation Heat Transfer Configuration Factors"
-//! (C-11, C-14, C-41, B-3, B-4) and Lambert's contour integral for polygons.
+//! A form factor is the share of the flux from a uniform Lambert surface that arrives at another; a
+//! configuration factor C is its limit at a point, so that E = pi L C. Closed forms after Howell's
+//! "Catalog of Radiation Heat Transfer Configuration Factors" (C-11, C-14, C-41, B-3, B-4) and
+//! Lambert's contour integral for polygons.
 
 use std::f64::consts::PI;
 
@@ -25,7 +26,7 @@ pub struct OpposedRectangles {
 }
 
 impl OpposedRectangles {
-    /// Gives the form factor from either rectangle to the other (Howell C-11).
+    /// Returns the form factor from either rectangle to the other (Howell C-11).
     ///
     /// The absolute error is below 1e-15 (1 + 1/(X Y)), X and Y being the sides over the distance.
     ///
@@ -43,7 +44,8 @@ impl OpposedRectangles {
     }
 }
 
-/// Describes two rectangles at a right angle with one whole edge in common. Lengths in metres, above 0.
+/// Describes two rectangles at a right angle with one whole edge in common. Lengths in metres,
+/// above 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PerpendicularRectangles {
     /// The common edge.
@@ -55,7 +57,7 @@ pub struct PerpendicularRectangles {
 }
 
 impl PerpendicularRectangles {
-    /// Gives the form factor from the sending to the receiving rectangle (Howell C-14).
+    /// Returns the form factor from the sending to the receiving rectangle (Howell C-14).
     ///
     /// # Errors
     /// [`Error::Parameter`](crate::Error::Parameter) for a length that is not above 0.
@@ -85,7 +87,7 @@ pub struct CoaxialDiscs {
 }
 
 impl CoaxialDiscs {
-    /// Gives the form factor from the sending to the receiving disc (Howell C-41).
+    /// Returns the form factor from the sending to the receiving disc (Howell C-41).
     ///
     /// # Errors
     /// [`Error::Parameter`](crate::Error::Parameter) for a length that is not above 0.
@@ -99,19 +101,22 @@ impl CoaxialDiscs {
     }
 }
 
-/// Describes a rectangle seen from a point; where the point stands, the methods say. Lengths in metres, above 0.
+/// Describes a rectangle seen from a point; where the point stands, the methods say. Lengths in
+/// metres, above 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RectangleFromPoint {
     /// One side.
     pub width: f64,
     /// The other side.
     pub height: f64,
-    /// The distance from the point to the rectangle's plane, measured along the normal through one corner.
+    /// The distance from the point to the rectangle's plane, measured along the normal through one
+    /// corner.
     pub distance: f64,
 }
 
 impl RectangleFromPoint {
-    /// Gives the configuration factor of a receiver parallel to the rectangle, opposite one corner (Howell B-3).
+    /// Returns the configuration factor of a receiver parallel to the rectangle, opposite one
+    /// corner (Howell B-3).
     ///
     /// # Errors
     /// [`Error::Parameter`](crate::Error::Parameter) for a length that is not above 0.
@@ -122,8 +127,9 @@ impl RectangleFromPoint {
         Ok((x / sx * (y / sx).atan() + y / sy * (x / sy).atan()) / (2.0 * PI))
     }
 
-    /// Gives the configuration factor of a receiver at a right angle to the rectangle, opposite one corner, its normal along the
-    /// height: the `width` side lies in the receiver's plane (Howell B-4).
+    /// Returns the configuration factor of a receiver at a right angle to the rectangle, opposite
+    /// one corner, its normal along the height: the `width` side lies in the receiver's plane
+    /// (Howell B-4).
     ///
     /// # Errors
     /// [`Error::Parameter`](crate::Error::Parameter) for a length that is not above 0.
@@ -139,12 +145,13 @@ impl RectangleFromPoint {
     }
 }
 
-/// Gives the configuration factor C of a simple polygon at `point` for a receiver with the unit `normal`: its projected solid angle
-/// over pi, so that the illuminance from luminance L is pi L C.
+/// Returns the configuration factor C of a simple polygon at `point` for a receiver with the unit
+/// `normal`: its projected solid angle over pi, so that the illuminance from luminance L is pi L C.
 ///
-/// `vertices` in metres, in either sense of rotation, convex or not; what lies below the receiver's horizon is cut off. Lambert's
-/// formula: C = |sum Theta_i Gamma_i . n|/(2 pi) over the edges. A polygon in the receiver's own plane or of fewer than three
-/// vertices gives 0; a point *on* an edge has no limit of its own, there that edge counts for nothing.
+/// `vertices` in metres, in either sense of rotation, convex or not; what lies below the receiver's
+/// horizon is cut off. Lambert's formula: C = |sum Theta_i Gamma_i . n|/(2 pi) over the edges. A
+/// polygon in the receiver's own plane or of fewer than three vertices gives 0; a point *on* an
+/// edge has no limit of its own, there that edge counts for nothing.
 ///
 /// ```
 /// use glam::DVec3;
@@ -161,7 +168,7 @@ pub fn polygon(vertices: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
     sum.abs() / (2.0 * PI)
 }
 
-/// Gives Theta (Gamma . n) of the edge from `a` to `b`, both relative to the receiver.
+/// Returns Theta (Gamma . n) of the edge from `a` to `b`, both relative to the receiver.
 fn edge(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     let cross = a.cross(b);
     let length = cross.length();
@@ -171,8 +178,8 @@ fn edge(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     length.atan2(a.dot(b)) * cross.dot(normal) / length
 }
 
-/// Clips a polygon to r . n >= 0 (Sutherland and Hodgman 1974) and gives its vertices relative to `point`; empty when nothing rises
-/// above the horizon.
+/// Clips a polygon to r . n >= 0 (Sutherland and Hodgman 1974) and gives its vertices relative to
+/// `point`; empty when nothing rises above the horizon.
 fn above_horizon(vertices: &[DVec3], point: DVec3, normal: DVec3) -> Vec<DVec3> {
     let relative: Vec<DVec3> = vertices.iter().map(|&v| v - point).collect();
     if vertices.len() < 3 || relative.iter().all(|v| v.dot(normal) <= 0.0) {
@@ -181,7 +188,7 @@ fn above_horizon(vertices: &[DVec3], point: DVec3, normal: DVec3) -> Vec<DVec3> 
     cut_polygon(&relative, DVec3::ZERO, normal)
 }
 
-/// Refuses lengths that are not above 0.
+/// Rejects lengths that are not above 0.
 fn lengths(named: [(&str, f64); 3]) -> Result<()> {
     named.into_iter().try_for_each(|(name, value)| positive(name, value))
 }

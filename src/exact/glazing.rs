@@ -1,7 +1,9 @@
-//! How much light a clear pane lets through: Fresnel's equations with all reflections between its faces (CIE 171:2006, case 5.5).
+//! How much light a clear pane lets through: Fresnel's equations with all reflections between its
+//! faces (CIE 171:2006, case 5.5).
 //!
-//! Each face reflects R_s or R_p, each pass keeps t = tau^(1/cos theta_t), and the geometric series of passes to and fro gives
-//! T = (1 - R)^2 t/(1 - R^2 t^2), averaged over the two polarisations. The light is unpolarised and incoherent.
+//! Each face reflects R_s or R_p, each pass keeps t = tau^(1/cos theta_t), and the geometric series
+//! of passes to and fro gives T = (1 - R)^2 t/(1 - R^2 t^2), averaged over the two polarisations.
+//! The light is unpolarised and incoherent.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -21,12 +23,14 @@ use crate::Result;
 pub struct Pane {
     /// The refractive index, above 1.
     pub refractive_index: f64,
-    /// What one pass along the normal keeps, face to face and without the faces, between 0 and 1; 1 is glass that absorbs nothing.
+    /// What one pass along the normal keeps, face to face and without the faces, between 0 and 1; 1
+    /// is glass that absorbs nothing.
     pub internal_transmittance: f64,
 }
 
 impl Pane {
-    /// Gives the directional transmittance, 0 to 1, at `angle` radians from the normal, 0 to pi/2, where it is 0.
+    /// Returns the directional transmittance, 0 to 1, at `angle` radians from the normal, 0 to
+    /// pi/2, where it is 0.
     ///
     /// # Errors
     /// [`Error::Parameter`](crate::Error::Parameter) for a field or `angle` outside its range.
@@ -46,7 +50,7 @@ impl Pane {
     }
 }
 
-/// Gives what passes two faces that reflect this part, with `pass` kept on the way between them.
+/// Returns what passes two faces that reflect this part, with `pass` kept on the way between them.
 fn through(reflected: f64, pass: f64) -> f64 {
     if reflected >= 1.0 {
         return 0.0;

@@ -1,4 +1,5 @@
-//! The ranges that the parameters of this room share, each refused with the name, the value and what would do.
+//! The ranges that the parameters of this room share, each refused with the name, the value and
+//! what would do.
 
 use crate::{Error, Result};
 

@@ -1,11 +1,13 @@
 //! The Sobolev problem: an isotropic point source between two infinite parallel Lambert planes.
 //!
-//! Follows V. V. Sobolev's solution as quoted in eq. (7) of Budak, Zheltov, Kalakutsky 2012, with its misprint corrected: the factor
-//! K1(k) J0(kr) k^2 multiplies both terms of the bracket. In units of the gap, with q(k) = k K1(k) and D = 1 - rho1 rho2 q^2,
+//! Follows V. V. Sobolev's solution as quoted in eq. (7) of Budak, Zheltov, Kalakutsky 2012, with
+//! its misprint corrected: the factor K1(k) J0(kr) k^2 multiplies both terms of the bracket. In
+//! units of the gap, with q(k) = k K1(k) and D = 1 - rho1 rho2 q^2,
 //!
 //! E1(r) = h1/(h1^2 + r^2)^1.5 + rho2 int_0^inf [rho1 q e^(-h1 k) + e^(-h2 k)] q k J0(kr)/D dk,
 //!
-//! and E2 by exchange of the indices. Finite discs instead of planes: [`SobolevDiscs`](super::SobolevDiscs).
+//! and E2 by exchange of the indices. Finite discs instead of planes:
+//! [`SobolevDiscs`](super::SobolevDiscs).
 
 use std::f64::consts::PI;
 
@@ -25,12 +27,12 @@ pub enum Plane {
 }
 
 impl Plane {
-    /// Gives the place of this plane in arrays of two.
+    /// Returns the place of this plane in arrays of two.
     pub(super) const fn index(self) -> usize {
         self as usize
     }
 
-    /// Gives the opposite plane.
+    /// Returns the opposite plane.
     pub(super) const fn other(self) -> Self {
         match self {
             Self::Lower => Self::Upper,
@@ -51,7 +53,8 @@ impl Plane {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SobolevProblem {
-    /// The reflectances of the lower and the upper plane, each in [0, 1]; infinite planes need a product below 1.
+    /// The reflectances of the lower and the upper plane, each in [0, 1]; infinite planes need a
+    /// product below 1.
     pub reflectance: [f64; 2],
     /// The height of the source over the lower plane, metres, between 0 and `gap`.
     pub source_height: f64,
@@ -68,23 +71,27 @@ impl Default for SobolevProblem {
     }
 }
 
-/// The Hankel integrals are cut here: all of them decay at least as k^1.5 e^-k, which is 1e-17 at this wave number.
+/// The Hankel integrals are cut here: all of them decay at least as k^1.5 e^-k, which is 1e-17 at
+/// this wave number.
 const CUT: f64 = 45.0;
 /// The largest distance, in gaps, for which the oscillations of J0 are followed.
 const FARTHEST: f64 = 1000.0;
 
 impl SobolevProblem {
-    /// Gives the illuminance, lx, at distance `r` (metres, 0 to 1000 gaps) from the foot of the source on infinite planes.
+    /// Returns the illuminance, lx, at distance `r` (metres, 0 to 1000 gaps) from the foot of the
+    /// source on infinite planes.
     ///
     /// The absolute error is about 1e-13 intensity/gap^2; a call costs about a millisecond.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a field or `r` outside its range; the product of the reflectances must be below 1.
+    /// [`Error::Parameter`] for a field or `r` outside its range; the product of the reflectances
+    /// must be below 1.
     pub fn illuminance(&self, plane: Plane, r: f64) -> Result<f64> {
         Ok(self.direct(plane, r)? + self.indirect(plane, r)?)
     }
 
-    /// Gives the luminance, cd/m2, of `plane` at distance `r`, rho E/pi, the same in all directions.
+    /// Returns the luminance, cd/m2, of `plane` at distance `r`, rho E/pi, the same in all
+    /// directions.
     ///
     /// # Errors
     /// As [`SobolevProblem::illuminance`].
@@ -92,7 +99,8 @@ impl SobolevProblem {
         Ok(self.reflectance[plane.index()] * self.illuminance(plane, r)? / PI)
     }
 
-    /// Gives the part of the illuminance, lx, that comes straight from the source: I h/(h^2 + r^2)^1.5.
+    /// Returns the part of the illuminance, lx, that comes straight from the source: I h/(h^2 +
+    /// r^2)^1.5.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a field or `r` outside its range.
@@ -102,7 +110,7 @@ impl SobolevProblem {
         Ok(self.unit() * direct(self.heights()[plane.index()], r / self.gap))
     }
 
-    /// Gives the part of the illuminance, lx, that was reflected at least once.
+    /// Returns the part of the illuminance, lx, that was reflected at least once.
     ///
     /// # Errors
     /// As [`SobolevProblem::illuminance`].
@@ -120,7 +128,8 @@ impl SobolevProblem {
         Ok(self.unit() * rho[other] * integral)
     }
 
-    /// Gives the illuminance, lx, by light reflected exactly `order` times; order 0 is the direct part.
+    /// Returns the illuminance, lx, by light reflected exactly `order` times; order 0 is the direct
+    /// part.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a field or `r` outside its range.
@@ -150,18 +159,18 @@ impl SobolevProblem {
         Ok(panels.map(|(half, mid)| half * base.integrate(|x| integrand(mid + half * x))).sum())
     }
 
-    /// Gives the heights of the source over the two planes in units of the gap.
+    /// Returns the heights of the source over the two planes in units of the gap.
     pub(super) fn heights(&self) -> [f64; 2] {
         let h = self.source_height / self.gap;
         [h, (self.gap - self.source_height) / self.gap]
     }
 
-    /// Gives the illuminance that stands for 1 in units of gap and intensity.
+    /// Returns the illuminance that stands for 1 in units of gap and intensity.
     pub(super) fn unit(&self) -> f64 {
         self.intensity / (self.gap * self.gap)
     }
 
-    /// Refuses fields outside the ranges that hold for planes and discs alike.
+    /// Rejects fields outside the ranges that hold for planes and discs alike.
     pub(super) fn check(&self) -> Result<()> {
         reflectance("the reflectance of the lower plane", self.reflectance[0])?;
         reflectance("the reflectance of the upper plane", self.reflectance[1])?;
@@ -171,24 +180,27 @@ impl SobolevProblem {
         accept(h > 0.0 && h < self.gap, "the source height", h, "between 0 and the gap")
     }
 
-    /// Refuses infinite planes that absorb nothing: the integral diverges.
+    /// Rejects infinite planes that absorb nothing: the integral diverges.
     fn check_infinite(&self) -> Result<()> {
         if self.reflectance[0] * self.reflectance[1] < 1.0 {
             return Ok(());
         }
         Err(Error::Parameter(
-            "two infinite planes of reflectance 1 have no finite illuminance; lower one of them, or take finite discs".into(),
+            "two infinite planes of reflectance 1 have no finite illuminance; lower one of them, \
+             or take finite discs"
+                .into(),
         ))
     }
 }
 
-/// Gives the direct illuminance h/(h^2 + r^2)^1.5 of a unit source at height h.
+/// Returns the direct illuminance h/(h^2 + r^2)^1.5 of a unit source at height h.
 pub(super) fn direct(h: f64, r: f64) -> f64 {
     let square = h * h + r * r;
     h / (square * square.sqrt())
 }
 
-/// Lists panels (from, to) of (0, CUT): doubling away from the logarithm at 0, then short enough for J0(kr).
+/// Lists panels (from, to) of (0, CUT): doubling away from the logarithm at 0, then short enough
+/// for J0(kr).
 fn panels(r: f64) -> impl Iterator<Item = (f64, f64)> {
     let widest = 0.5_f64.min(8.0 / r);
     let first = (0.0, 0.5_f64.powi(24));
@@ -330,7 +342,8 @@ mod tests {
         let ring = |r: f64| 2.0 * PI * r * p.illuminance(Plane::Lower, r).unwrap();
         let inside: f64 = (0..40).map(|i| panel(i).integrate(ring)).sum();
         let whole = 2.0 * PI * (1.0 + 0.3) / (1.0 - 0.06);
-        // Far away E = c/r^3 + d/r^4 + O(ln r/r^5); c and d from two points leave 1e-3 of a tail that is 1e-2 of the whole.
+        // Far away E = c/r^3 + d/r^4 + O(ln r/r^5); c and d from two points leave 1e-3 of a tail
+        // that is 1e-2 of the whole.
         let cubed = |r: f64| r.powi(3) * p.illuminance(Plane::Lower, r).unwrap();
         let d = 2.0 * end * (cubed(end) - cubed(2.0 * end));
         let tail = 2.0 * PI * (cubed(end) / end - 0.5 * d / (end * end));

@@ -1,16 +1,19 @@
-//! What is seen of a flat source past, or through, something flat: the part of a polygon within the cone of a convex window.
+//! What is seen of a flat source past, or through, something flat: the part of a polygon within the
+//! cone of a convex window.
 //!
-//! A convex body hides from a point the cones of those of its faces that look to the point; these do not overlap, so that what it hides of a source is
-//! the sum of what is seen through them. Independent of [`cie171::obstruction_at`](super::cie171::obstruction_at), which knows one room.
+//! A convex body hides from a point the cones of those of its faces that look to the point; these
+//! do not overlap, so that what it hides of a source is the sum of what is seen through them.
+//! Independent of [`cie171::obstruction_at`](super::cie171::obstruction_at), which knows one room.
 
 use glam::DVec3;
 
 use super::form_factors::polygon;
 
-/// Gives the configuration factor, as [`polygon`] does, of that part of a simple polygon that lies within the cone of a convex `window` seen from
-/// `point`, near or far.
+/// Returns the configuration factor, as [`polygon`] does, of that part of a simple polygon that
+/// lies within the cone of a convex `window` seen from `point`, near or far.
 ///
-/// `window` in metres, in either sense of rotation; 0 where it is seen edge-on or has fewer than three vertices.
+/// `window` in metres, in either sense of rotation; 0 where it is seen edge-on or has fewer than
+/// three vertices.
 ///
 /// ```
 /// use glam::DVec3;
@@ -38,9 +41,11 @@ pub fn polygon_through(vertices: &[DVec3], window: &[DVec3], point: DVec3, norma
     polygon(&seen, point, normal)
 }
 
-/// Cuts a simple polygon off at the plane through `point`: what remains is ahead of `normal` (of any length).
+/// Cuts a simple polygon off at the plane through `point`: what remains is ahead of `normal` (of
+/// any length).
 ///
-/// A polygon that is not convex may keep edges along the plane that bound nothing; areas and factors do not notice.
+/// A polygon that is not convex may keep edges along the plane that bound nothing; areas and
+/// factors do not notice.
 pub fn cut_polygon(vertices: &[DVec3], point: DVec3, normal: DVec3) -> Vec<DVec3> {
     let heights = || vertices.iter().map(|&v| (v, (v - point).dot(normal)));
     let mut kept = Vec::with_capacity(vertices.len() + 1);
@@ -82,7 +87,8 @@ mod tests {
         let lamp = level([-1.0, 1.5], [-0.5, 1.0], 3.0);
         let window = level([-0.1, 0.4], [-0.3, 0.2], 1.2);
         let (point, normal) = (DVec3::new(0.1, -0.2, 0.1), DVec3::new(0.6, 0.0, 0.8));
-        // The window's shadow on the lamp's plane, cut to the lamp, is a rectangle: integrate cos cos'/(pi d^2) over it.
+        // The window's shadow on the lamp's plane, cut to the lamp, is a rectangle: integrate cos
+        // cos'/(pi d^2) over it.
         let scale = (3.0 - point.z) / (1.2 - point.z);
         let shadow = |at: f64, p: f64| p + scale * (at - p);
         let x = [shadow(-0.1, 0.1).max(-1.0), shadow(0.4, 0.1).min(1.5)];

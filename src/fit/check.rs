@@ -1,4 +1,5 @@
-//! Judges a mesh before it is fitted: closed, manifold, oriented, free of crossings, star-shaped; and shows where it is not.
+//! Judges a mesh before it is fitted: closed, manifold, oriented, free of crossings, star-shaped;
+//! and shows where it is not.
 
 use glam::DVec3;
 
@@ -29,20 +30,23 @@ impl Default for CheckSettings {
 pub struct Check {
     /// Its topology and deficiencies.
     pub report: MeshReport,
-    /// The faces that cross, when they were looked for; `None` too when a vertex of a face is not finite.
+    /// The faces that cross, when they were looked for; `None` too when a vertex of a face is not
+    /// finite.
     pub crossings: Option<SelfIntersections>,
-    /// How its faces look from centres; `None` when no face has an area or a vertex of one is not finite.
+    /// How its faces look from centres; `None` when no face has an area or a vertex of one is not
+    /// finite.
     pub star: Option<StarCheck>,
 }
 
-/// Tells whether, and about which centre, a mesh is star-shaped.
+/// Whether, and about which centre, a mesh is star-shaped.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StarCheck {
     /// Seen from the origin.
     pub origin: StarReport,
     /// The centre with the largest clearance, and that clearance, metres.
     pub best: (DVec3, f64),
-    /// The centre near the centroid that is proposed ([`star::preferred_centre`]), and its clearance, metres.
+    /// The centre near the centroid that is proposed ([`star::preferred_centre`]), and its
+    /// clearance, metres.
     pub preferred: (DVec3, f64),
     /// Seen from the centre that was asked for, else from the proposed one.
     pub judged: StarReport,
@@ -64,8 +68,8 @@ impl Check {
         })
     }
 
-    /// Tells whether the mesh is closed and manifold, its faces agree and look outwards, none cross, and it is star-shaped about the
-    /// centre that was asked for, else about any.
+    /// Whether the mesh is closed and manifold, its faces agree and look outwards, none cross, and
+    /// it is star-shaped about the centre that was asked for, else about any.
     pub fn is_sound(&self) -> bool {
         self.report.require_closed().is_ok()
             && self.report.is_manifold()
@@ -116,7 +120,8 @@ impl FaceFault {
         }
     }
 
-    /// Gives the colour, red, green and blue from 0 to 255, that shows such a face; others are [`SOUND`].
+    /// Returns the colour, red, green and blue from 0 to 255, that shows such a face; others are
+    /// [`FAULTLESS_COLOUR`].
     pub const fn colour(self) -> [u8; 3] {
         match self {
             Self::Doubtful => [235, 205, 40],
@@ -129,7 +134,7 @@ impl FaceFault {
 }
 
 /// The colour of a face that nothing is wrong with.
-pub const SOUND: [u8; 3] = [190, 190, 190];
+pub const FAULTLESS_COLOUR: [u8; 3] = [190, 190, 190];
 
 impl StarCheck {
     fn of(mesh: &Mesh, centre: Option<DVec3>) -> Result<Self> {
@@ -197,7 +202,8 @@ mod tests {
         let mesh = Mesh::new(positions, triangles).expect("in range");
         let faults = check(&mesh, Some(DVec3::splat(0.5))).faults(&mesh);
         let count = |fault| faults.iter().filter(|f| **f == fault).count();
-        // Three faces around the hole; the turned face and its three neighbours, of which it alone looks away.
+        // Three faces around the hole; the turned face and its three neighbours, of which it alone
+        // looks away.
         assert_eq!(count(Some(FaceFault::Turned)), 1);
         assert_eq!((count(Some(FaceFault::Boundary)), count(Some(FaceFault::Edge))), (3, 3));
         assert_eq!(count(None), 4);

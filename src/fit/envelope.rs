@@ -1,6 +1,8 @@
-//! Meshes whose surface a ray from the centre meets more than once: which of the meetings is the radius.
+//! Meshes whose surface a ray from the centre meets more than once: which of the meetings is the
+//! radius.
 //!
-//! Ears and nostrils make a head meet some rays three times. The radius is then that of an envelope: the outermost meeting, the first, or the mean of all.
+//! Ears and nostrils make a head meet some rays three times. The radius is then that of an
+//! envelope: the outermost meeting, the first, or the mean of all.
 
 use std::f64::consts::PI;
 
@@ -33,8 +35,9 @@ choice!(Envelope, "envelope":
     Mean = "mean" "The mean of all meetings",
 );
 
-/// Layers nearer to each other than this share of the mesh's reach count as one: far above the rounding of a meeting (1e-16 over the cosine of its
-/// angle), far below any fold that a mesh of single-precision vertices can hold.
+/// Layers nearer to each other than this share of the mesh's reach count as one: far above the
+/// rounding of a meeting (1e-16 over the cosine of its angle), far below any fold that a mesh of
+/// single-precision vertices can hold.
 const THIN: f64 = 1e-10;
 
 /// Rings of the grid on which the share of folded directions is looked at beforehand: 2 R^2 rays.
@@ -50,7 +53,7 @@ pub(super) struct Layers {
     reach: f64,
 }
 
-/// Tells what a point of the mesh is to the envelope.
+/// Describes what a point of the mesh is to the envelope.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Seen {
     /// The radius of the envelope in the point's direction, metres.
@@ -69,7 +72,8 @@ impl Layers {
     pub(super) fn new(mesh: &Mesh, centre: DVec3, envelope: Envelope) -> Result<Self> {
         if !surrounds(mesh, centre) {
             return Err(Error::Geometry(format!(
-                "the mesh does not surround the centre {centre:.6}: an envelope needs a centre inside; give one"
+                "the mesh does not surround the centre {centre:.6}: an envelope needs a centre \
+                 inside; give one"
             )));
         }
         let surface = MeshSurface::new(mesh.clone())?;
@@ -78,7 +82,7 @@ impl Layers {
         Ok(Self { surface, centre, envelope, reach })
     }
 
-    /// Gives the envelope that is followed.
+    /// Returns the envelope that is followed.
     pub(super) fn envelope(&self) -> Envelope {
         self.envelope
     }
@@ -94,13 +98,14 @@ impl Layers {
         })
     }
 
-    /// Gives the radius of the envelope in a direction, metres, and whether the ray meets the mesh more than once; `None` where it slips through.
+    /// Returns the radius of the envelope in a direction, metres, and whether the ray meets the
+    /// mesh more than once; `None` where it slips through.
     pub(super) fn radius(&self, direction: DVec3) -> Option<(f64, bool)> {
         let all = All::of(self.meetings(direction))?;
         Some((all.radius(self.envelope), all.count > 1))
     }
 
-    /// Tells what the point of the mesh at this distance in this direction is to the envelope.
+    /// Returns what the point of the mesh at this distance in this direction is to the envelope.
     pub(super) fn see(&self, direction: DVec3, distance: f64) -> Seen {
         let Some(all) = All::of(self.meetings(direction)) else {
             // Its own face is seen edge-on: the point stands for hardly any solid angle.
@@ -145,7 +150,7 @@ impl All {
     }
 }
 
-/// Tells whether a closed mesh winds once about a point.
+/// Whether a closed mesh winds once about a point.
 fn surrounds(mesh: &Mesh, point: DVec3) -> bool {
     let faces = 0..mesh.triangles().len();
     let turns = faces.map(|f| seen_solid_angle(mesh.corners(f), point)).sum::<f64>() / (4.0 * PI);
@@ -153,8 +158,9 @@ fn surrounds(mesh: &Mesh, point: DVec3) -> bool {
     (turns - 1.0).abs() < 0.25
 }
 
-/// Chooses a centre for a closed mesh that is star-shaped about none: of these candidates inside the mesh the one from which the smallest share of
-/// the directions meets the mesh more than once, found by a few thousand rays. `None` when no candidate is inside.
+/// Chooses a centre for a closed mesh that is star-shaped about none: of these candidates inside
+/// the mesh the one from which the smallest share of the directions meets the mesh more than once,
+/// found by a few thousand rays. `None` when no candidate is inside.
 ///
 /// # Errors
 /// [`Error::Geometry`] when rays cannot meet the mesh at all: no face has an area.

@@ -1,15 +1,16 @@
 //! The points of a mesh's faces as quadrature nodes on the sphere about a centre.
 //!
-//! d omega = d_T dA / |x|^3, d_T the distance of the face's plane from the centre: an integral over the sphere becomes a sum over faces of smooth
-//! integrals, each taken by a Duffy rule whose number of points follows from the face's angular size and the degree.
+//! d omega = d_T dA / |x|^3, d_T the distance of the face's plane from the centre: an integral over
+//! the sphere becomes a sum over faces of smooth integrals, each taken by a Duffy rule whose number
+//! of points follows from the face's angular size and the degree.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::math::quadrature::Rule;
 
-/// Gives how many faces are added up together, by their number alone, so that sums do not depend on the number of threads; few large faces are as
-/// much work as many small ones.
+/// Returns how many faces are added up together, by their number alone, so that sums do not depend
+/// on the number of threads; few large faces are as much work as many small ones.
 fn faces_per_task(faces: usize) -> usize {
     (faces / 64).clamp(1, 512)
 }
@@ -20,7 +21,8 @@ const TASKS_PER_THREAD: usize = 4;
 /// The largest number of points along each side of a face; one that wants more is split in four.
 pub(super) const FINEST: usize = 24;
 
-/// How often a face may be split for its size: enough for one that fills half the sphere at degree 1000.
+/// How often a face may be split for its size: enough for one that fills half the sphere at degree
+/// 1000.
 pub(super) const DEEPEST: usize = 8;
 
 /// A point of a face as a quadrature node on the sphere about the centre.
@@ -36,8 +38,8 @@ pub(super) struct Node {
     pub(super) area: f64,
 }
 
-/// Works on all faces in tasks and merges what they give in the order of the faces: sums do not depend on the number of threads, and no
-/// more than a few results for each thread exist at once.
+/// Works on all faces in tasks and merges what they give in the order of the faces: sums do not
+/// depend on the number of threads, and no more than a few results for each thread exist at once.
 pub(super) fn fold_faces<T: Send>(
     faces: usize,
     task: impl Fn(std::ops::Range<usize>) -> T + Sync,
@@ -55,13 +57,14 @@ pub(super) fn fold_faces<T: Send>(
     }
 }
 
-/// Gives the Gauss-Legendre rules on [0, 1] with 0..=FINEST points (index 0 repeats 1).
+/// Returns the Gauss-Legendre rules on [0, 1] with 0..=FINEST points (index 0 repeats 1).
 pub(super) fn rules() -> Vec<Rule> {
     (0..=FINEST).map(|n| Rule::gauss_legendre(n).on(0.0, 1.0)).collect()
 }
 
-/// Chooses the points along each side of a face: Gauss-Legendre converges once it has about one point per radian of the basis functions' phase, which
-/// is lmax times the angle the face spans; a face seen edge-on adds the swing of 1/|x|^2.
+/// Chooses the points along each side of a face: Gauss-Legendre converges once it has about one
+/// point per radian of the basis functions' phase, which is lmax times the angle the face spans; a
+/// face seen edge-on adds the swing of 1/|x|^2.
 pub(super) fn points_per_side(corners: &[DVec3; 3], lmax: usize) -> usize {
     let radii = corners.map(DVec3::length);
     let swing = (radii[0].max(radii[1]).max(radii[2]) / radii[0].min(radii[1]).min(radii[2])).ln();
@@ -70,7 +73,7 @@ pub(super) fn points_per_side(corners: &[DVec3; 3], lmax: usize) -> usize {
     if points.is_finite() { points as usize } else { FINEST }
 }
 
-/// Gives the largest angle, radians, that a side of a face spans.
+/// Returns the largest angle, radians, that a side of a face spans.
 pub(super) fn span([a, b, c]: &[DVec3; 3]) -> f64 {
     a.angle_between(*b).max(b.angle_between(*c)).max(c.angle_between(*a))
 }
@@ -99,7 +102,8 @@ pub(super) fn visit_face(
     }
 }
 
-/// Walks over the Duffy points of a face: the square collapsed onto the triangle, u towards the side opposite to the first corner.
+/// Walks over the Duffy points of a face: the square collapsed onto the triangle, u towards the
+/// side opposite to the first corner.
 pub(super) fn for_each_node([a, b, c]: &[DVec3; 3], rule: &Rule, mut visit: impl FnMut(Node)) {
     // Twice the area, and that times the distance of the plane from the centre.
     let double_area = (*b - *a).cross(*c - *a).length();

@@ -10,10 +10,12 @@ use crate::fit::RadialMesh;
 use crate::fit::face_nodes::{FINEST, fold_faces, points_per_side};
 use crate::sh::{Coefficients, GridSeries, Jet, Series, volume};
 
-/// The most points along each side of a face at which a radius is compared: enough for its mean square, whatever the degree.
+/// The most points along each side of a face at which a radius is compared: enough for its mean
+/// square, whatever the degree.
 const MEASURED: usize = 6;
 
-/// The degree up to which normals and area follow every oscillation of the series over large faces, and what part of a higher degree they follow.
+/// The degree up to which normals and area follow every oscillation of the series over large faces,
+/// and what part of a higher degree they follow.
 const FOLLOWED: (usize, f64) = (200, 0.6);
 
 /// How many points fewer are enough for normals and area, along each side of a face, at least two.
@@ -22,16 +24,19 @@ const FEWER: usize = 3;
 /// Bins of the histogram of angles between normals, 0 to pi: a hundredth of a degree each.
 const BINS: usize = 18_000;
 
-/// Holds how far a series is from the mesh it stands for (from its envelope, where the mesh is not star-shaped).
+/// Holds how far a series is from the mesh it stands for (from its envelope, where the mesh is not
+/// star-shaped).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitError {
     /// The root mean square of the radial difference over the solid angle, metres.
     pub rms: f64,
-    /// The largest radial difference found at the vertices and quadrature points of the mesh, metres.
+    /// The largest radial difference found at the vertices and quadrature points of the mesh,
+    /// metres.
     pub max: f64,
     /// The mean square of the mesh's radius over the solid angle, m2.
     pub mean_square: f64,
-    /// The mean angle between the normals of mesh and series in the same direction, radians, each part of the mesh weighted by its area.
+    /// The mean angle between the normals of mesh and series in the same direction, radians, each
+    /// part of the mesh weighted by its area.
     pub normal_mean: f64,
     /// The angle that 95 % of the mesh's area stays below, radians, to a hundredth of a degree.
     pub normal_95: f64,
@@ -42,8 +47,9 @@ pub struct FitError {
 }
 
 impl FitError {
-    /// Gives the truncation error by Parseval, metres: the root of what the mean square of the radius has more than the series. It is the RMS error
-    /// of a projection, up to quadrature; of other series it says nothing.
+    /// Returns the truncation error by Parseval, metres: the root of what the mean square of the
+    /// radius has more than the series. It is the RMS error of a projection, up to quadrature; of
+    /// other series it says nothing.
     pub fn by_parseval(&self, coefficients: &Coefficients) -> f64 {
         (self.mean_square - coefficients.energy() / (4.0 * PI)).max(0.0).sqrt()
     }
@@ -102,8 +108,8 @@ impl Evaluator {
     }
 }
 
-/// Chooses the points along each side of a face: what is measured is not needed to more than some digits, whatever the degree, so that only the face
-/// itself must be followed.
+/// Chooses the points along each side of a face: what is measured is not needed to more than some
+/// digits, whatever the degree, so that only the face itself must be followed.
 fn points_measured(corners: &[DVec3; 3], lmax: usize) -> usize {
     match points_per_side(corners, lmax) {
         few @ ..=FINEST => few.min(MEASURED.max(points_per_side(corners, 0))),
@@ -215,7 +221,7 @@ impl Normals {
         self.angles / self.mesh_area
     }
 
-    /// Gives the angle below which this share of the area lies.
+    /// Returns the angle below which this share of the area lies.
     fn quantile(&self, share: f64) -> f64 {
         let mut left = share * self.mesh_area;
         for (bin, area) in self.bins.iter().enumerate() {
@@ -236,8 +242,9 @@ mod tests {
 
     #[test]
     fn a_sphere_in_a_cube_has_the_errors_of_the_formulas() {
-        // The cube of half edge 1 against the unit sphere: per octant of a face the solid angle element is da db / r^3, r^2 = 1 + a^2 + b^2, and
-        // the angle between the normals is acos(1/r).
+        // The cube of half edge 1 against the unit sphere: per octant of a face the solid angle
+        // element is da db / r^3, r^2 = 1 + a^2 + b^2, and the angle between the normals is
+        // acos(1/r).
         let cube = shapes::cube().scaled(2.0).expect("positive").translated(DVec3::splat(-1.0));
         let mut one = Coefficients::zeros(0);
         one.set(0, 0, 1.0, 0.0);
@@ -250,7 +257,8 @@ mod tests {
         assert!((error.rms - square.sqrt()).abs() <= 1e-7, "{error:?}");
         assert!((error.max - (3.0_f64.sqrt() - 1.0)).abs() <= 1e-12);
         assert!((error.normal_mean - mean(&|r| (1.0 / r).acos())).abs() <= 1e-4, "{error:?}");
-        // 95 % of the face's area lies within r = 1.6177 (a square less a corner of area 0.05, by bisection on the formula).
+        // 95 % of the face's area lies within r = 1.6177 (a square less a corner of area 0.05, by
+        // bisection on the formula).
         assert!(
             error.normal_95 > error.normal_mean && error.normal_95 < (1.0 / 3.0_f64.sqrt()).acos()
         );

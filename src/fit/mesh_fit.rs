@@ -24,8 +24,8 @@ pub enum Projection {
         /// At least 1; 4 aliases to about 1e-4.
         oversampling: usize,
     },
-    /// Least squares over the vertices, each weighted by the solid angle around it: errs by about the RMS error of the fit times the root of
-    /// coefficients over vertices.
+    /// Least squares over the vertices, each weighted by the solid angle around it: errs by about
+    /// the RMS error of the fit times the root of coefficients over vertices.
     LeastSquares {
         /// Tikhonov's factor, at least 0: see [`scattered_fit`].
         lambda: f64,
@@ -34,7 +34,7 @@ pub enum Projection {
 
 /// Says what to do with a mesh that no centre sees as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NotStar {
+pub struct FoldPolicy {
     /// Which radius stands for a ray that meets the mesh more than once.
     pub envelope: Envelope,
     /// The largest share, 0 to 1, of such rays that is accepted.
@@ -51,13 +51,14 @@ pub struct FitSettings {
     /// The expansion centre in the axes of the mesh; chosen when `None`.
     pub centre: Option<DVec3>,
     /// How a mesh that is not star-shaped is fitted; refused when `None`.
-    pub not_star: Option<NotStar>,
+    pub not_star: Option<FoldPolicy>,
     /// Damps the series against ringing.
     pub filter: Option<Filter>,
 }
 
 impl FitSettings {
-    /// Sets a fit of degree `lmax` with everything else as usual: conforming projection, chosen centre, star-shaped meshes only, no filter.
+    /// Sets a fit of degree `lmax` with everything else as usual: conforming projection, chosen
+    /// centre, star-shaped meshes only, no filter.
     pub const fn of_degree(lmax: usize) -> Self {
         let projection = Projection::Conforming;
         Self { lmax, projection, centre: None, not_star: None, filter: None }
@@ -71,7 +72,8 @@ pub struct Fit {
     pub coefficients: Coefficients,
     /// The expansion centre.
     pub centre: DVec3,
-    /// The least distance from the centre to the plane of a face; negative for a mesh that is not star-shaped about it.
+    /// The least distance from the centre to the plane of a face; negative for a mesh that is not
+    /// star-shaped about it.
     pub clearance: f64,
     /// How far the series is from the mesh, or from its envelope.
     pub error: FitError,
@@ -86,12 +88,12 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Gives the RMS error relative to the mean radius.
+    /// Returns the RMS error relative to the mean radius.
     pub fn relative_rms(&self) -> f64 {
         self.error.rms / self.coefficients.mean()
     }
 
-    /// Gives the largest error relative to the mean radius.
+    /// Returns the largest error relative to the mean radius.
     pub fn relative_max(&self) -> f64 {
         self.error.max / self.coefficients.mean()
     }
@@ -114,25 +116,27 @@ impl Fit {
 /// The excess of area above which a series counts as ringing.
 const RINGING: f64 = 0.1;
 
-/// Gives the bytes of an indexed triangle mesh in f32 and u32; see [`Mesh::used_size`].
+/// Returns the bytes of an indexed triangle mesh in f32 and u32; see [`Mesh::used_size`].
 pub const fn mesh_bytes([vertices, faces]: [usize; 2]) -> usize {
     12 * vertices + 12 * faces
 }
 
-/// Gives the bytes of the coefficients of degree `lmax` in f32.
+/// Returns the bytes of the coefficients of degree `lmax` in f32.
 pub const fn series_bytes(lmax: usize) -> usize {
     4 * (lmax + 1) * (lmax + 1)
 }
 
-/// Fits a mesh about the given centre; without one about its own origin if it is star-shaped about that, else about the
-/// centre that [`star::preferred_centre`] proposes.
+/// Fits a mesh about the given centre; without one about its own origin if it is star-shaped about
+/// that, else about the centre that [`star::preferred_centre`] proposes.
 ///
-/// A mesh that is star-shaped about no centre is fitted only when [`FitSettings::not_star`] says how: about the one of origin, best centre and centroid
-/// from which the fewest directions meet it more than once.
+/// A mesh that is star-shaped about no centre is fitted only when [`FitSettings::not_star`] says
+/// how: about the one of origin, best centre and centroid from which the fewest directions meet it
+/// more than once.
 ///
 /// # Errors
-/// [`Error::Geometry`] when the mesh is not closed and oriented or not star-shaped about the centre, or its folds fill more of the sphere than is
-/// accepted; [`Error::Parameter`] for a degree too high to evaluate.
+/// [`Error::Geometry`] when the mesh is not closed and oriented or not star-shaped about the
+/// centre, or its folds fill more of the sphere than is accepted; [`Error::Parameter`] for a degree
+/// too high to evaluate.
 pub fn fit(mesh: &Mesh, settings: &FitSettings) -> Result<Fit> {
     MeshReport::of(mesh).require_closed()?;
     let centre = choose_centre(mesh, settings)?;
@@ -152,7 +156,8 @@ pub fn fit(mesh: &Mesh, settings: &FitSettings) -> Result<Fit> {
     let projection_time = started.elapsed();
     let coefficients = settings.filter.map_or_else(|| projected.clone(), |f| f.apply(&projected));
     let error = fit_error(&radius, &coefficients)?;
-    // What a grid aliases, or borders of folds lose, goes into the energy at first order, into the error at second: Parseval is for exact projections.
+    // What a grid aliases, or borders of folds lose, goes into the energy at first order, into the
+    // error at second: Parseval is for exact projections.
     let is_exact = settings.filter.is_none()
         && folds.is_none()
         && settings.projection == Projection::Conforming;
@@ -168,10 +173,11 @@ pub fn fit(mesh: &Mesh, settings: &FitSettings) -> Result<Fit> {
     })
 }
 
-/// How many times farther than the nearest vertex the farthest may be: beyond it the faces between them are nearly radial, and no series follows.
+/// How many times farther than the nearest vertex the farthest may be: beyond it the faces between
+/// them are nearly radial, and no series follows.
 const REACH: f64 = 1e6;
 
-/// Refuses a mesh with a vertex lost far off, or beyond what squares and cubes of lengths can hold.
+/// Rejects a mesh with a vertex lost far off, or beyond what squares and cubes of lengths can hold.
 fn check_reach(mesh: &Mesh, centre: DVec3) -> Result<()> {
     let distances = || {
         mesh.triangles()
@@ -219,11 +225,14 @@ fn choose_centre(mesh: &Mesh, settings: &FitSettings) -> Result<DVec3> {
         // Without any valid centre the message about the origin is the more useful one.
         return Ok(DVec3::ZERO);
     };
-    least_folded(mesh, &[DVec3::ZERO, centre, mesh.centroid(mesh.bounds().centre())])?.ok_or_else(|| {
-        Error::Geometry(
-            "neither the origin nor the best centre nor the centroid lies inside the mesh: give a centre inside it".to_owned(),
+    least_folded(mesh, &[DVec3::ZERO, centre, mesh.centroid(mesh.bounds().centre())])?.ok_or_else(
+        || {
+            Error::Geometry(
+            "neither the origin nor the best centre nor the centroid lies inside the mesh: give a \
+             centre inside it".to_owned(),
         )
-    })
+        },
+    )
 }
 
 /// Says how to fit a mesh all the same.
@@ -241,7 +250,8 @@ fn check_limit(folds: Option<Folds>, settings: &FitSettings, centre: DVec3) -> R
         return Ok(());
     }
     Err(Error::Geometry(format!(
-        "{:.2} % of the directions from {centre:.6} meet the mesh more than once, more than the {} % that are accepted: such a shape is hardly a radius",
+        "{:.2} % of the directions from {centre:.6} meet the mesh more than once, more than the \
+         {} % that are accepted: such a shape is hardly a radius",
         100.0 * folds.share,
         100.0 * rule.limit
     ))

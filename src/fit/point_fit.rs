@@ -28,8 +28,9 @@ pub struct PointFit {
 }
 
 impl PointFit {
-    /// Estimates the error, metres, that the scatter of the points leaves in the series, as a root mean square over the sphere: the scatter times the
-    /// root of coefficients over points, for points of equal weight and independent scatter. Infinite when there are no more points than
+    /// Estimates the error, metres, that the scatter of the points leaves in the series, as a root
+    /// mean square over the sphere: the scatter times the root of coefficients over points, for
+    /// points of equal weight and independent scatter. Infinite when there are no more points than
     /// coefficients.
     pub fn standard_error(&self) -> f64 {
         let (points, unknowns) = (self.count as f64, self.coefficients.count() as f64);
@@ -40,11 +41,12 @@ impl PointFit {
     }
 }
 
-/// Fits points about the given centre; without one about the origin if that lies within the bounds of the points, else about their weighted mean.
+/// Fits points about the given centre; without one about the origin if that lies within the bounds
+/// of the points, else about their weighted mean.
 ///
 /// # Errors
-/// [`Error::Parameter`] when the settings ask for a projection that needs faces; [`Error::Geometry`] for a point at the centre; and as
-/// [`scattered_fit`].
+/// [`Error::Parameter`] when the settings ask for a projection that needs faces;
+/// [`Error::Geometry`] for a point at the centre; and as [`scattered_fit`].
 pub fn fit_points(points: &Points, settings: &FitSettings) -> Result<PointFit> {
     let Projection::LeastSquares { lambda } = settings.projection else {
         return Err(Error::Parameter(
@@ -56,7 +58,8 @@ pub fn fit_points(points: &Points, settings: &FitSettings) -> Result<PointFit> {
     let direction = |(i, p): (usize, &DVec3)| {
         (*p - centre).try_normalize().ok_or_else(|| {
             Error::Geometry(format!(
-                "point {i} (from 0) stands at the centre {centre:.6}, so it has no direction: give another centre, or leave it out"
+                "point {i} (from 0) stands at the centre {centre:.6}, so it has no direction: \
+                 give another centre, or leave it out"
             ))
         })
     };

@@ -1,8 +1,10 @@
 //! From a mesh to the coefficients of its radius about a centre.
 //!
-//! Conforming to the mesh: with d omega = d_T dA / |x|^3, d_T the distance of the face's plane from the centre, the projection integral (eq. 16) becomes
-//! a sum over faces of smooth integrals, A_lm = (2l+1)/(2 pi eps_m) sum_T d_T int_T Q_lm cos(m phi) / |x|^2 dA: no sampling error but that of the
-//! quadrature. By a grid: rays cast on a Gauss-Legendre x equispaced grid; a mesh is not band-limited, so the grid must be oversampled.
+//! Conforming to the mesh: with d omega = d_T dA / |x|^3, d_T the distance of the face's plane from
+//! the centre, the projection integral (eq. 16) becomes a sum over faces of smooth integrals, A_lm
+//! = (2l+1)/(2 pi eps_m) sum_T d_T int_T Q_lm cos(m phi) / |x|^2 dA: no sampling error but that of
+//! the quadrature. By a grid: rays cast on a Gauss-Legendre x equispaced grid; a mesh is not
+//! band-limited, so the grid must be oversampled.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -18,13 +20,15 @@ use crate::{Error, Result};
 /// The degree from which nodes go by way of a grid: there it begins to be faster.
 const GRIDDED_FROM: usize = 96;
 
-/// Grids that are filled side by side; fixed, so that sums do not depend on the number of threads. At degree 1000 each takes 66 MB.
+/// Grids that are filled side by side; fixed, so that sums do not depend on the number of threads.
+/// At degree 1000 each takes 66 MB.
 const GRIDS: usize = 4;
 
 /// Projects the radius of a mesh about `centre` onto the basis, face by face.
 ///
-/// The mesh must be star-shaped about the centre, see [`super::star`]; faces seen from behind count negatively. The number of points per face follows
-/// from its angular size times `lmax`, large faces being split; the error is about 1e-10 of the mean radius.
+/// The mesh must be star-shaped about the centre, see [`super::star`]; faces seen from behind count
+/// negatively. The number of points per face follows from its angular size times `lmax`, large
+/// faces being split; the error is about 1e-10 of the mean radius.
 ///
 /// # Errors
 /// [`Error::Parameter`] for a degree too high to evaluate.
@@ -34,8 +38,8 @@ pub fn project_conforming(mesh: &Mesh, centre: DVec3, lmax: usize) -> Result<Coe
 
 /// Projects the radius of a mesh, or of its envelope, onto the basis, face by face.
 ///
-/// Faces that belong to an envelope as a whole are as exact as those of a star-shaped mesh; what is left is the error at the borders of folds, which
-/// [`RadialMesh::folds`] bounds in the mean.
+/// Faces that belong to an envelope as a whole are as exact as those of a star-shaped mesh; what is
+/// left is the error at the borders of folds, which [`RadialMesh::folds`] bounds in the mean.
 ///
 /// # Errors
 /// [`Error::Parameter`] for a degree too high to evaluate.
@@ -59,7 +63,8 @@ pub fn project_faces(radius: &RadialMesh, lmax: usize) -> Result<Coefficients> {
     Ok(total.coefficients())
 }
 
-/// Does the same for high degrees, where nodes are many and adding each to all coefficients would take hours.
+/// Does the same for high degrees, where nodes are many and adding each to all coefficients would
+/// take hours.
 fn project_gridded(radius: &RadialMesh, lmax: usize) -> Result<Coefficients> {
     if lmax > MAX_DEGREE {
         // Says that the degree is too high before any memory is taken.
@@ -89,11 +94,13 @@ fn project_gridded(radius: &RadialMesh, lmax: usize) -> Result<Coefficients> {
     total.coefficients()
 }
 
-/// Projects the outermost radius of a surface about `centre` by ray casting on a Gauss-Legendre grid of `oversampling * (lmax + 1)` rings and twice as
-/// many azimuths. Oversampling 1 aliases to about 1e-3 on a head, 4 to 3e-5.
+/// Projects the outermost radius of a surface about `centre` by ray casting on a Gauss-Legendre
+/// grid of `oversampling * (lmax + 1)` rings and twice as many azimuths. Oversampling 1 aliases to
+/// about 1e-3 on a head, 4 to 3e-5.
 ///
 /// # Errors
-/// [`Error::Geometry`] when a ray meets nothing: the surface has a hole or does not surround the centre.
+/// [`Error::Geometry`] when a ray meets nothing: the surface has a hole or does not surround the
+/// centre.
 pub fn project_grid(
     surface: &dyn Surface,
     centre: DVec3,
@@ -138,7 +145,8 @@ fn project_radii(
     let radii: Result<Vec<f64>, DVec3> = (0..grid.len()).into_par_iter().map(cast).collect();
     let radii = radii.map_err(|direction| {
         Error::Geometry(format!(
-            "no surface is met from the centre {centre} towards {direction:.3}; close the mesh or choose a centre inside it"
+            "no surface is met from the centre {centre} towards {direction:.3}; close the mesh or \
+             choose a centre inside it"
         ))
     })?;
     analysis(&radii, &grid, lmax)
@@ -171,7 +179,8 @@ mod tests {
 
     #[test]
     fn mean_radius_of_the_octahedron_is_known() {
-        // r = 1/(|x|+|y|+|z|) on the unit sphere; its mean by an independent fine product rule over one octant.
+        // r = 1/(|x|+|y|+|z|) on the unit sphere; its mean by an independent fine product rule over
+        // one octant.
         let c = project_conforming(&octahedron(1.0), DVec3::ZERO, 4).expect("degree 4");
         let rule = Rule::gauss_legendre(60);
         let (mu, phi) = (rule.clone().on(0.0, 1.0), rule.on(0.0, 0.5 * PI));
@@ -189,7 +198,8 @@ mod tests {
 
     #[test]
     fn faces_of_large_angular_size_are_integrated_as_well() {
-        // A cube seen from off its centre: splitting its twelve faces beforehand must change nothing.
+        // A cube seen from off its centre: splitting its twelve faces beforehand must change
+        // nothing.
         let corner = |i: usize| DVec3::new((i & 1) as f64, ((i >> 1) & 1) as f64, (i >> 2) as f64);
         let faces: Vec<[u32; 3]> = vec![
             [0, 2, 3],
@@ -239,7 +249,8 @@ mod tests {
     #[test]
     fn envelopes_of_a_u_agree_with_those_of_many_rays() {
         let u = shapes::u_shape();
-        // Mean radii by the U as a difference of boxes on a grid of 3000 x 6000 directions (NumPy), good to about 1e-5.
+        // Mean radii by the U as a difference of boxes on a grid of 3000 x 6000 directions (NumPy),
+        // good to about 1e-5.
         let envelopes = [Envelope::Outermost, Envelope::First, Envelope::Mean];
         for (envelope, mean) in envelopes.into_iter().zip([0.933_111, 0.819_465, 0.870_532]) {
             let centre = DVec3::new(1.5, 0.5, 0.5);
@@ -253,7 +264,8 @@ mod tests {
             let worst = pairs
                 .zip(rays.cosines().iter().chain(rays.sines()))
                 .fold(0.0_f64, |w, (x, y)| w.max((x - y).abs()));
-            // The radius jumps at the folds: rays 0.4 degrees apart, not the faces, err by some 6e-3 of it, twice that at 32.
+            // The radius jumps at the folds: rays 0.4 degrees apart, not the faces, err by some
+            // 6e-3 of it, twice that at 32.
             assert!(worst <= 1e-2 * faces.mean(), "{envelope}: {worst:e}");
         }
     }

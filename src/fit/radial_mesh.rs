@@ -1,7 +1,7 @@
 //! A mesh seen from a centre: one radius in every direction.
 //!
-//! Of a mesh that is star-shaped about the centre the radius is the mesh itself; of one that is not it is an [`Envelope`], and each point of the mesh
-//! counts by how much it belongs to it.
+//! Of a mesh that is star-shaped about the centre the radius is the mesh itself; of one that is not
+//! it is an [`Envelope`], and each point of the mesh counts by how much it belongs to it.
 
 use std::f64::consts::PI;
 
@@ -19,11 +19,13 @@ use crate::fit::star::seen_solid_angle;
 use crate::math::quadrature::Rule;
 use crate::mesh::Mesh;
 
-/// A face that belongs to the envelope in part is split until its sides span no more than this angle, radians: the strip along the border of a fold,
-/// where quadrature is blind, becomes as narrow.
+/// A face that belongs to the envelope in part is split until its sides span no more than this
+/// angle, radians: the strip along the border of a fold, where quadrature is blind, becomes as
+/// narrow.
 const BORDER: f64 = 4e-3;
 
-/// How often a face may be split for the border of a fold: enough for one that fills half the sphere.
+/// How often a face may be split for the border of a fold: enough for one that fills half the
+/// sphere.
 const BORDER_SPLITS: usize = 10;
 
 /// Sees a mesh from a centre as a radius in every direction.
@@ -35,14 +37,15 @@ pub struct RadialMesh<'a> {
     layers: Option<Layers>,
 }
 
-/// Tells how much of the sphere the folds of a mesh affect.
+/// Describes how much of the sphere the folds of a mesh affect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Folds {
     /// Which radius was taken there.
     pub envelope: Envelope,
     /// The share, 0 to 1, of the directions that meet the mesh more than once.
     pub share: f64,
-    /// By how much the solid angles of the nodes miss the whole sphere, over 4 pi: the error of the quadrature at the borders of folds.
+    /// By how much the solid angles of the nodes miss the whole sphere, over 4 pi: the error of the
+    /// quadrature at the borders of folds.
     pub defect: f64,
 }
 
@@ -58,7 +61,8 @@ pub struct RadialSamples {
 }
 
 impl<'a> RadialMesh<'a> {
-    /// Takes a mesh that is star-shaped about `centre`, see [`super::star`]; faces seen from behind count negatively.
+    /// Takes a mesh that is star-shaped about `centre`, see [`super::star`]; faces seen from behind
+    /// count negatively.
     pub fn star(mesh: &'a Mesh, centre: DVec3) -> Self {
         Self { mesh, centre, rules: rules(), layers: None }
     }
@@ -72,17 +76,17 @@ impl<'a> RadialMesh<'a> {
         Ok(Self { mesh, centre, rules: rules(), layers })
     }
 
-    /// Gives the mesh.
+    /// Returns the mesh.
     pub fn mesh(&self) -> &Mesh {
         self.mesh
     }
 
-    /// Gives the centre, metres.
+    /// Returns the centre, metres.
     pub fn centre(&self) -> DVec3 {
         self.centre
     }
 
-    /// Gives the envelope; `None` for a mesh that was called star-shaped.
+    /// Returns the envelope; `None` for a mesh that was called star-shaped.
     pub(super) fn layers(&self) -> Option<&Layers> {
         self.layers.as_ref()
     }
@@ -104,7 +108,8 @@ impl<'a> RadialMesh<'a> {
         }
     }
 
-    /// Visits the nodes of a face that belong to the envelope, with their share of the solid angle, and whether their ray meets the mesh again.
+    /// Visits the nodes of a face that belong to the envelope, with their share of the solid angle,
+    /// and whether their ray meets the mesh again.
     fn visit_seen(
         &self,
         layers: &Layers,
@@ -174,7 +179,8 @@ impl<'a> RadialMesh<'a> {
         })
     }
 
-    /// Gives the direction of a vertex and the radius there; `None` for a vertex at the centre or (of an envelope) seen by no ray.
+    /// Returns the direction of a vertex and the radius there; `None` for a vertex at the centre or
+    /// (of an envelope) seen by no ray.
     pub(super) fn at_vertex(&self, vertex: DVec3) -> Option<(DVec3, f64)> {
         let from_centre = vertex - self.centre;
         let direction = from_centre.try_normalize()?;
@@ -185,7 +191,8 @@ impl<'a> RadialMesh<'a> {
         Some((direction, radius))
     }
 
-    /// Samples the radius in the directions of the vertices; each stands for a third of the solid angle of the faces around it.
+    /// Samples the radius in the directions of the vertices; each stands for a third of the solid
+    /// angle of the faces around it.
     pub fn vertex_samples(&self) -> RadialSamples {
         let mut weights = vec![0.0; self.mesh.positions().len()];
         for (face, triangle) in self.mesh.triangles().iter().enumerate() {
@@ -225,8 +232,9 @@ mod tests {
 
     #[test]
     fn folded_share_of_a_u_is_the_solid_angle_behind_its_inner_walls() {
-        // From the middle of the bottom bar each arm's inner wall is wholly seen through the inner floor: a rectangle 0.5 away that reaches from 0.5
-        // to 2.5 along one axis and from -0.5 to 0.5 along the other.
+        // From the middle of the bottom bar each arm's inner wall is wholly seen through the inner
+        // floor: a rectangle 0.5 away that reaches from 0.5 to 2.5 along one axis and from -0.5 to
+        // 0.5 along the other.
         let quadrant =
             |a: f64, b: f64, d: f64| (a * b / (d * (a * a + b * b + d * d).sqrt())).atan();
         let wall = 2.0 * (quadrant(2.5, 0.5, 0.5) - quadrant(0.5, 0.5, 0.5));
@@ -236,7 +244,8 @@ mod tests {
         for envelope in [Envelope::Outermost, Envelope::First, Envelope::Mean] {
             let folds = RadialMesh::folded(&u, at, envelope).expect("inside").folds();
             let Folds { share, defect, .. } = folds.expect("an envelope");
-            // Borders of some 20 radians in strips of 1e-3 err by 1e-3, less where nodes fall on either side.
+            // Borders of some 20 radians in strips of 1e-3 err by 1e-3, less where nodes fall on
+            // either side.
             let tolerance = 2e-4;
             assert!(
                 (share - expected).abs() <= tolerance && defect <= tolerance,

@@ -1,4 +1,5 @@
-//! A shape becomes another one: truncated, seen from another centre, filtered, mirrored, turned, scaled, moved.
+//! A shape becomes another one: truncated, seen from another centre, filtered, mirrored, turned,
+//! scaled, moved.
 
 use glam::DVec3;
 
@@ -28,7 +29,8 @@ pub enum Turn {
 /// Lists what is done to a shape, in the order of the fields.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Steps {
-    /// The degree of the result: the series is cut there, or expanded up to there about its new centre.
+    /// The degree of the result: the series is cut there, or expanded up to there about its new
+    /// centre.
     pub degree: Option<usize>,
     /// Where the new expansion centre is; the surface stays where it is.
     pub centre: Option<NewCentre>,
@@ -60,7 +62,8 @@ pub struct Reshaped {
 /// Takes the steps.
 ///
 /// # Errors
-/// As [`recentre`] and [`align`]; [`Error::Parameter`] for a scale that is not within 1e-100 to 1e100.
+/// As [`recentre`] and [`align`]; [`Error::Parameter`] for a scale that is not within 1e-100 to
+/// 1e100.
 pub fn reshape(shape: &Shape, steps: &Steps) -> Result<Reshaped> {
     let mut done =
         Reshaped { shape: shape.clone(), recentred: None, alignment: None, rotation: None };

@@ -1,8 +1,9 @@
 //! Finds the faces of a mesh that cross each other.
 //!
-//! Two faces that share no vertex cross when each has corners on both sides of the other's plane and the pieces of the line of both
-//! planes that are within them overlap (Moeller 1997). Less than a billionth of the larger face, beside the rounding of the
-//! coordinates, counts as touching: faces that touch or lie in one plane do not cross.
+//! Two faces that share no vertex cross when each has corners on both sides of the other's plane
+//! and the pieces of the line of both planes that are within them overlap (Moeller 1997). Less than
+//! a billionth of the larger face, beside the rounding of the coordinates, counts as touching:
+//! faces that touch or lie in one plane do not cross.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -23,7 +24,7 @@ pub struct SelfIntersections {
     pub examples: Vec<Crossing>,
 }
 
-/// Tells which two faces cross, and where.
+/// Describes which two faces cross, and where.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
     /// The two faces, the lower number first.
@@ -47,7 +48,8 @@ impl SelfIntersections {
             (0..boxes.len()).find(|&f| mesh.corners(f).iter().any(|p| !p.is_finite()))
         {
             return Err(Error::Geometry(format!(
-                "face {face} (from 0) has a vertex that is not finite; mend its coordinates or remove the face"
+                "face {face} (from 0) has a vertex that is not finite; mend its coordinates or \
+                 remove the face"
             )));
         }
         let tree = Bvh::build(&boxes);
@@ -108,7 +110,7 @@ impl Partners {
     }
 }
 
-/// Gives a point where two faces cross that share no vertex.
+/// Returns a point where two faces cross that share no vertex.
 fn meeting(mesh: &Mesh, one: u32, other: u32) -> Option<DVec3> {
     let [a, b] = [one, other].map(|f| mesh.triangles()[f as usize]);
     if a.iter().any(|v| b.contains(v)) {
@@ -120,7 +122,7 @@ fn meeting(mesh: &Mesh, one: u32, other: u32) -> Option<DVec3> {
 /// The depth, in units of the larger face, up to which faces only touch.
 const TOUCHING: f64 = 1e-9;
 
-/// Gives the middle of the segment that two triangles have in common.
+/// Returns the middle of the segment that two triangles have in common.
 fn crossing(p: [DVec3; 3], q: [DVec3; 3]) -> Option<DVec3> {
     let (m, n) = (normal(p)?, normal(q)?);
     let all = Aabb::of_points(p.into_iter().chain(q));
@@ -139,7 +141,8 @@ fn normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     (b - a).cross(c - a).try_normalize()
 }
 
-/// Gives the ends, in the direction `along`, of the piece of a plane within a triangle that has corners on both its sides.
+/// Returns the ends, in the direction `along`, of the piece of a plane within a triangle that has
+/// corners on both its sides.
 fn within(
     corners: [DVec3; 3],
     on: DVec3,

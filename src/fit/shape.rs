@@ -7,7 +7,8 @@ use glam::DVec3;
 
 use crate::sh::Coefficients;
 
-/// Holds a star-shaped surface as its file does: the radius, metres, as a series about a centre, and where it comes from.
+/// Holds a star-shaped surface as its file does: the radius, metres, as a series about a centre,
+/// and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
     /// The series of the radius, metres.
@@ -57,7 +58,8 @@ impl Source {
     }
 }
 
-/// Fingerprints bytes by 64-bit FNV-1a (RFC 9923): tells whether a file has changed, not whether someone meant harm.
+/// Fingerprints bytes by 64-bit FNV-1a (RFC 9923): tells whether a file has changed, not whether
+/// someone meant harm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SourceHash(pub(crate) u64);
 

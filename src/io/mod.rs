@@ -1,4 +1,5 @@
-//! Files in and out: meshes, coefficients, scenes, images, tables, and the rules by which anything is written.
+//! Files in and out: meshes, coefficients, scenes, images, tables, and the rules by which anything
+//! is written.
 
 mod bytes;
 pub mod checkpoint;

@@ -1,7 +1,8 @@
 //! NumPy's file of one array (`.npy`, versions 1 to 3): its header, and its numbers as f64.
 //!
-//! The reader is our own: the header is a literal of Python, which the crates at hand parse by recursion, so that a hostile one can end
-//! the process; here it is the one dictionary that NumPy writes, and memory is bound by the size of the file.
+//! The reader is our own: the header is a literal of Python, which the crates at hand parse by
+//! recursion, so that a hostile one can end the process; here it is the one dictionary that NumPy
+//! writes, and memory is bound by the size of the file.
 
 use std::path::Path;
 
@@ -57,7 +58,7 @@ impl<'a> Array<'a> {
         Ok(Self { shape, complex, fortran, width, little, data })
     }
 
-    /// Gives the element at a place: its real and its imaginary part (0 for real arrays).
+    /// Returns the element at a place: its real and its imaginary part (0 for real arrays).
     pub(in crate::io) fn at(&self, index: &[usize]) -> (f64, f64) {
         let fold = |place: usize, (i, n): (&usize, &usize)| place * n + i;
         let pairs = index.iter().zip(&self.shape);
@@ -81,7 +82,8 @@ impl<'a> Array<'a> {
     }
 }
 
-/// Writes rows of as many numbers each as a two-dimensional array of float64, which `numpy.load` reads.
+/// Writes rows of as many numbers each as a two-dimensional array of float64, which `numpy.load`
+/// reads.
 ///
 /// ```
 /// let bytes = harmolux::io::npy::rows(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
@@ -92,7 +94,8 @@ pub fn rows<const N: usize>(rows: &[[f64; N]]) -> Vec<u8> {
     write(&[rows.len(), N], 1, rows.as_flattened())
 }
 
-/// Writes an array of f64 (`parts` 1) or of complex numbers (`parts` 2, real and imaginary part in turn), the last axis fastest.
+/// Writes an array of f64 (`parts` 1) or of complex numbers (`parts` 2, real and imaginary part in
+/// turn), the last axis fastest.
 pub(in crate::io) fn write(shape: &[usize], parts: usize, numbers: &[f64]) -> Vec<u8> {
     let descr = if parts == 2 { "<c16" } else { "<f8" };
     let axes: Vec<String> = shape.iter().map(ToString::to_string).collect();
@@ -130,7 +133,7 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
     Ok((header, rest.0))
 }
 
-/// Gives what follows a key of the header.
+/// Returns what follows a key of the header.
 fn field<'a>(header: &'a str, key: &str) -> Result<&'a str, String> {
     let missing = || format!("the header lacks `{key}`");
     ['\'', '"']

@@ -1,7 +1,7 @@
 //! Point clouds as text: x y z and, where there is one, a weight, a point a line.
 //!
-//! Columns are apart by commas, semicolons, tabs or spaces; `#` starts a comment. A first line of names says which columns are x, y, z and weight; others
-//! are passed over.
+//! Columns are apart by commas, semicolons, tabs or spaces; `#` starts a comment. A first line of
+//! names says which columns are x, y, z and weight; others are passed over.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -13,7 +13,7 @@ use crate::error::InputError;
 use crate::mesh::Points;
 use crate::{Error, Result};
 
-/// Tells a point file from a mesh by its extension: .xyz or .csv.
+/// Returns a point file from a mesh by its extension: .xyz or .csv.
 pub fn is_points(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     ["xyz", "csv"].iter().any(|e| e.eq_ignore_ascii_case(extension))
@@ -22,7 +22,8 @@ pub fn is_points(path: &Path) -> bool {
 /// Reads a point file.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read; [`Error::Input`] with line and column of what is no point.
+/// [`Error::Io`] when the file cannot be read; [`Error::Input`] with line and column of what is no
+/// point.
 pub fn read(path: &Path) -> Result<Points> {
     if path.is_dir() {
         let help = "name a file in it";
@@ -101,7 +102,7 @@ impl<'a> Line<'a> {
         InputError::new(self.path, message).at(self.number, column).help(help).into()
     }
 
-    /// Tells a line of names: none of its fields is a number.
+    /// Returns a line of names: none of its fields is a number.
     fn is_header(&self) -> bool {
         self.fields.iter().all(|(_, f)| f.parse::<f64>().is_err())
     }

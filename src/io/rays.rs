@@ -8,11 +8,13 @@ use crate::Result;
 use crate::error::InputError;
 use crate::math::unit;
 
-/// Reads pairs of a point, metres, and a direction, which is made a unit vector. Numbers are apart by spaces, tabs, commas or semicolons; `#` starts a
-/// comment, and lines without numbers are passed over. `path` is for messages.
+/// Reads pairs of a point, metres, and a direction, which is made a unit vector. Numbers are apart
+/// by spaces, tabs, commas or semicolons; `#` starts a comment, and lines without numbers are
+/// passed over. `path` is for messages.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with the line that does not hold six finite numbers or whose direction has no length.
+/// [`crate::Error::Input`] with the line that does not hold six finite numbers or whose direction
+/// has no length.
 pub fn parse(path: &Path, text: &str) -> Result<Vec<(DVec3, DVec3)>> {
     let mut rays = Vec::new();
     for (i, line) in text.lines().enumerate() {

@@ -21,7 +21,8 @@ pub struct MeasuredGroup {
     pub values: Vec<Option<f64>>,
 }
 
-/// Reads a table; `column` names what was measured: `illuminance_lx`, `direct_lx`, `half_width_95_lx`, ...
+/// Reads a table; `column` names what was measured: `illuminance_lx`, `direct_lx`,
+/// `half_width_95_lx`, ...
 ///
 /// # Errors
 /// [`Error::Io`] when the file cannot be read, else as [`parse`].
@@ -30,12 +31,14 @@ pub fn read(path: &Path, column: &str) -> Result<Vec<MeasuredGroup>> {
     parse(path, &bytes, column)
 }
 
-/// Reads the columns `group`, `x_m`, `y_m`, `z_m`, `normal_x`, `normal_y`, `normal_z`, `behind` and `column` of a CSV table with a header row; others are
-/// passed over, and the normals and `behind` may be missing. Groups come in the order of their first sensor. An empty value, as NaN, is NaN. `path` is for
-/// messages.
+/// Reads the columns `group`, `x_m`, `y_m`, `z_m`, `normal_x`, `normal_y`, `normal_z`, `behind` and
+/// `column` of a CSV table with a header row; others are passed over, and the normals and `behind`
+/// may be missing. Groups come in the order of their first sensor. An empty value, as NaN, is NaN.
+/// `path` is for messages.
 ///
 /// # Errors
-/// [`Error::Input`] with line and remedy: not CSV, a column that lacks, no rows, a place that is no number.
+/// [`Error::Input`] with line and remedy: not CSV, a column that lacks, no rows, a place that is no
+/// number.
 pub fn parse(path: &Path, bytes: &[u8], column: &str) -> Result<Vec<MeasuredGroup>> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
     let header = reader.headers().map_err(|e| broken(path, &e))?.clone();

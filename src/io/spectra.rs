@@ -6,15 +6,16 @@ use crate::error::InputError;
 use crate::sh::MAX_DEGREE;
 use crate::{Error, Result};
 
-/// Reads the columns `degree` and `power` (or `power_m2`) of a CSV table with a header row; other columns are passed over. `path` is for
-/// messages.
+/// Reads the columns `degree` and `power` (or `power_m2`) of a CSV table with a header row; other
+/// columns are passed over. `path` is for messages.
 ///
-/// The power P_l is the mean of f_l^2 over the sphere, in m2. Degrees ascend without gaps and may start above 0: `result[l]` is the power of degree
-/// l, 0 below the first.
+/// The power P_l is the mean of f_l^2 over the sphere, in m2. Degrees ascend without gaps and may
+/// start above 0: `result[l]` is the power of degree l, 0 below the first.
 ///
 /// # Errors
-/// [`Error::Input`] with line and remedy: not UTF-8 or not CSV, a column that lacks, no rows, a degree that is no number, out of order or
-/// above [`MAX_DEGREE`], a power that is negative or not finite.
+/// [`Error::Input`] with line and remedy: not UTF-8 or not CSV, a column that lacks, no rows, a
+/// degree that is no number, out of order or above [`MAX_DEGREE`], a power that is negative or not
+/// finite.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
     let columns = columns(path, reader.headers().map_err(|e| broken(path, &e))?)?;
@@ -65,7 +66,7 @@ fn columns(path: &Path, header: &csv::StringRecord) -> Result<[usize; 2]> {
     Ok([find(&["degree"])?, find(&["power", "power_m2"])?])
 }
 
-/// Tells where the table is broken.
+/// Returns where the table is broken.
 fn broken(path: &Path, error: &csv::Error) -> Error {
     let line = error.position().map(|p| p.line() as usize);
     let message = match error.kind() {

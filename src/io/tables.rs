@@ -1,4 +1,5 @@
-//! Tables as CSV and as JSON: a header, rows of texts and numbers, every number with all its digits.
+//! Tables as CSV and as JSON: a header, rows of texts and numbers, every number with all its
+//! digits.
 
 use std::fmt;
 
@@ -12,7 +13,8 @@ use crate::{Error, Result};
 pub enum Cell {
     /// A text.
     Text(String),
-    /// A number, written with as many digits as bring it back to the last bit; NaN and infinities are `null` in JSON.
+    /// A number, written with as many digits as bring it back to the last bit; NaN and infinities
+    /// are `null` in JSON.
     Number(f64),
     /// A whole number: a degree, a count.
     Whole(u64),
@@ -90,7 +92,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// Starts a table without rows. Column names carry the unit where there is one (`illuminance_lx`) and differ from each other.
+    /// Starts a table without rows. Column names carry the unit where there is one
+    /// (`illuminance_lx`) and differ from each other.
     ///
     /// # Panics
     /// Without columns, or when two have one name: a programmer's error.
@@ -113,17 +116,18 @@ impl Table {
         self.rows.push(row);
     }
 
-    /// Gives the column names.
+    /// Returns the column names.
     pub fn header(&self) -> &[String] {
         &self.header
     }
 
-    /// Gives the rows.
+    /// Returns the rows.
     pub fn rows(&self) -> &[Vec<Cell>] {
         &self.rows
     }
 
-    /// Describes the CSV file of this table for [`Output::open`](super::output::Output::open): one with the same header row is ours.
+    /// Describes the CSV file of this table for [`Output::open`](super::output::Output::open): one
+    /// with the same header row is ours.
     ///
     /// # Errors
     /// As [`Table::to_csv`].

@@ -45,46 +45,48 @@ impl Aabb {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Gives what lies in both boxes; empty when they are disjoint.
+    /// Returns what lies in both boxes; empty when they are disjoint.
     pub fn intersection(self, other: Self) -> Self {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
-    /// Gives the eight corners.
+    /// Returns the eight corners.
     pub fn corners(&self) -> [DVec3; 8] {
         let end = |upper: bool| if upper { self.max } else { self.min };
         std::array::from_fn(|i| DVec3::new(end(i & 1 == 1).x, end(i & 2 == 2).y, end(i & 4 == 4).z))
     }
 
-    /// Tells whether nothing is inside.
+    /// Whether nothing is inside.
     pub fn is_empty(&self) -> bool {
         !(self.min.x <= self.max.x && self.min.y <= self.max.y && self.min.z <= self.max.z)
     }
 
-    /// Tells whether all six bounds are finite.
+    /// Whether all six bounds are finite.
     pub fn is_finite(&self) -> bool {
         self.min.is_finite() && self.max.is_finite()
     }
 
-    /// Gives the middle.
+    /// Returns the middle.
     pub fn centre(&self) -> DVec3 {
         0.5 * (self.min + self.max)
     }
 
-    /// Gives the edge lengths; negative for an empty box.
+    /// Returns the edge lengths; negative for an empty box.
     pub fn extent(&self) -> DVec3 {
         self.max - self.min
     }
 
-    /// Tells whether `point` is inside or on the border.
+    /// Whether `point` is inside or on the border.
     pub fn contains(&self, point: DVec3) -> bool {
         self.min.cmple(point).all() && point.cmple(self.max).all()
     }
 
-    /// Gives the distances between which the ray is in the box, clipped to the ray's own; `None` when it passes by.
+    /// Returns the distances between which the ray is in the box, clipped to the ray's own; `None`
+    /// when it passes by.
     ///
-    /// Conservative: the exit is widened by the rounding of the slab test (Ize, "Robust BVH Ray Traversal", 2013), so a ray
-    /// that touches a face, an edge or a corner is never lost. Zero direction components are allowed.
+    /// Conservative: the exit is widened by the rounding of the slab test (Ize, "Robust BVH Ray
+    /// Traversal", 2013), so a ray that touches a face, an edge or a corner is never lost. Zero
+    /// direction components are allowed.
     pub fn intersect(&self, ray: &Ray) -> Option<(f64, f64)> {
         const WIDEN: f64 = 1.0 + 4.0 * f64::EPSILON;
         let (mut near, mut far) = (ray.t_min, ray.t_max);

@@ -2,8 +2,8 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
 
-/// Holds red, green and blue of linear Rec. 709; its [luminance](Rgb::luminance) carries the photometric unit (lm, lx, cd/m2) and a
-/// grey value has three equal components.
+/// Holds red, green and blue of linear Rec. 709; its [luminance](Rgb::luminance) carries the
+/// photometric unit (lm, lx, cd/m2) and a grey value has three equal components.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rgb(pub [f64; 3]);
 
@@ -23,29 +23,30 @@ impl Rgb {
 
     /// Weighs the components to the photometric value (Rec. 709: 0.2126, 0.7152, 0.0722).
     ///
-    /// Written as a correction of green, so that a grey triple gives back its own value to the last bit.
+    /// Written as a correction of green, so that a grey triple gives back its own value to the last
+    /// bit.
     pub fn luminance(self) -> f64 {
         let [r, g, b] = self.0;
         let [red, blue] = Self::RED_AND_BLUE;
         g + red * (r - g) + blue * (b - g)
     }
 
-    /// Gives the largest component.
+    /// Returns the largest component.
     pub fn max_component(self) -> f64 {
         self.0.into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Gives the smallest component.
+    /// Returns the smallest component.
     pub fn min_component(self) -> f64 {
         self.0.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// Tells whether all components are zero.
+    /// Whether all components are zero.
     pub fn is_black(self) -> bool {
         self.0 == [0.0; 3]
     }
 
-    /// Tells whether all components are finite numbers.
+    /// Whether all components are finite numbers.
     pub fn is_finite(self) -> bool {
         self.0.into_iter().all(f64::is_finite)
     }

@@ -4,7 +4,8 @@ use glam::DVec3;
 
 /// Holds three orthonormal axes, `normal` being the local z.
 ///
-/// Branch-free construction after Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
+/// Branch-free construction after Duff et al., "Building an Orthonormal Basis, Revisited", JCGT
+/// 6(1), 2017.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// Local x.

@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f64x8};
 /// How many numbers stand side by side.
 pub(crate) const LANES: usize = 8;
 
-/// Gives the same vector to every lane.
+/// Returns the same vector to every lane.
 #[inline(always)]
 pub(crate) fn splat<S: Simd>(simd: S, vector: impl Into<[f64; 3]>) -> [f64x8<S>; 3] {
     let [x, y, z] = vector.into();

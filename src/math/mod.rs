@@ -1,4 +1,5 @@
-//! The ground floor: rays, boxes, frames, quadrature, sampling, random streams, statistics, fields on grids. Names no other room.
+//! The ground floor: rays, boxes, frames, quadrature, sampling, random streams, statistics, fields
+//! on grids. Names no other room.
 
 mod aabb;
 pub(crate) mod choice;

@@ -1,14 +1,17 @@
-//! A placement: the rotation, uniform scale and translation that carry a shape from its own space into the world.
+//! A placement: the rotation, uniform scale and translation that carry a shape from its own space
+//! into the world.
 //!
-//! world = scale * rotation * local + translation. The rotation is kept as a matrix whose columns are orthonormal to rounding; after
-//! a composition one Newton step towards the orthogonal factor, M (3 I - M^T M)/2, keeps it so however many are chained.
+//! world = scale * rotation * local + translation. The rotation is kept as a matrix whose columns
+//! are orthonormal to rounding; after a composition one Newton step towards the orthogonal factor,
+//! M (3 I - M^T M)/2, keeps it so however many are chained.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use super::rotation::orthonormalised;
 use crate::{Error, Result};
 
-/// Carries points and directions from local space into the world: first rotates, then scales, then moves.
+/// Carries points and directions from local space into the world: first rotates, then scales, then
+/// moves.
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
@@ -40,7 +43,8 @@ impl Placement {
     /// Makes a placement; the quaternion may have any positive length, it is normalised.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when the quaternion is zero, the scale is not within 1e-100..1e100, or a number is not finite.
+    /// [`Error::Parameter`] when the quaternion is zero, the scale is not within 1e-100..1e100, or
+    /// a number is not finite.
     pub fn new(rotation: DQuat, scale: f64, translation: DVec3) -> Result<Self> {
         let length = rotation.length();
         if !(length.is_finite() && length > 1e-100) {
@@ -58,22 +62,23 @@ impl Placement {
                 "a translation must be finite, found {translation}"
             )));
         }
-        // The matrix of a quaternion is off by up to 20 roundings: too much for the error bounds of an instance.
+        // The matrix of a quaternion is off by up to 20 roundings: too much for the error bounds of
+        // an instance.
         let rotation = orthonormalised(DMat3::from_quat(rotation / length));
         Ok(Self { rotation, scale, translation })
     }
 
-    /// Gives the rotation matrix, orthonormal to rounding.
+    /// Returns the rotation matrix, orthonormal to rounding.
     pub const fn rotation(&self) -> DMat3 {
         self.rotation
     }
 
-    /// Gives the scale, world metres per local metre.
+    /// Returns the scale, world metres per local metre.
     pub const fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Gives the world point of the local origin, metres.
+    /// Returns the world point of the local origin, metres.
     pub const fn translation(&self) -> DVec3 {
         self.translation
     }
@@ -98,7 +103,7 @@ impl Placement {
         self.rotation.transpose_mul_vec3(direction)
     }
 
-    /// Gives the placement that undoes this one.
+    /// Returns the placement that undoes this one.
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
         let scale = 1.0 / self.scale;
@@ -127,7 +132,7 @@ mod tests {
     /// What the error of an instance relies on: entries of M^T M - I of at most six unit roundoffs.
     const DEFECT: f64 = 3.0 * f64::EPSILON;
 
-    /// Gives the largest entry of M^T M - I.
+    /// Returns the largest entry of M^T M - I.
     fn defect(m: DMat3) -> f64 {
         let d = m.transpose() * m - DMat3::IDENTITY;
         d.to_cols_array().into_iter().map(f64::abs).fold(0.0, f64::max)

@@ -14,7 +14,8 @@ pub struct Rule {
 }
 
 impl Rule {
-    /// Builds the Gauss-Legendre rule with `n` nodes (at least 1) on [-1, 1]: exact for polynomials of degree 2n - 1.
+    /// Builds the Gauss-Legendre rule with `n` nodes (at least 1) on [-1, 1]: exact for polynomials
+    /// of degree 2n - 1.
     pub fn gauss_legendre(n: usize) -> Self {
         let n = NonZeroUsize::new(n).unwrap_or(NonZeroUsize::MIN);
         let mut pairs: Vec<(f64, f64)> =
@@ -32,7 +33,7 @@ impl Rule {
         self
     }
 
-    /// Gives (node, weight) pairs.
+    /// Returns (node, weight) pairs.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = (f64, f64)> + '_ {
         self.nodes.iter().copied().zip(self.weights.iter().copied())
     }

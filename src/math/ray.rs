@@ -4,8 +4,8 @@ use glam::DVec3;
 
 /// Carries a half line or a segment: `origin + t direction` for `t_min <= t <= t_max`.
 ///
-/// The direction has unit length, so `t` is a distance in metres. There is no epsilon in a ray: a ray that leaves a surface
-/// starts where [`crate::surface::Hit::departure`] says.
+/// The direction has unit length, so `t` is a distance in metres. There is no epsilon in a ray: a
+/// ray that leaves a surface starts where [`crate::surface::Hit::departure`] says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
     /// The starting point, metres.
@@ -24,8 +24,8 @@ impl Ray {
         Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
     }
 
-    /// Makes the segment between two points; `None` when they coincide, being less than 1e-150 m apart, where a length has lost its digits, or when
-    /// their distance is not finite.
+    /// Makes the segment between two points; `None` when they coincide, being less than 1e-150 m
+    /// apart, where a length has lost its digits, or when their distance is not finite.
     pub fn between(from: DVec3, to: DVec3) -> Option<Self> {
         let d = to - from;
         let length = d.length();
@@ -38,18 +38,19 @@ impl Ray {
         self
     }
 
-    /// Gives the point at distance `t`.
+    /// Returns the point at distance `t`.
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + t * self.direction
     }
 
-    /// Tells whether distance `t` counts.
+    /// Whether distance `t` counts.
     pub fn contains(&self, t: f64) -> bool {
         self.t_min <= t && t <= self.t_max
     }
 }
 
-/// Gives the unit vector along a vector of any finite length but zero; of one below 1e-154 or above 1e154 too, whose squared length is no normal number.
+/// Returns the unit vector along a vector of any finite length but zero; of one below 1e-154 or
+/// above 1e154 too, whose squared length is no normal number.
 pub fn unit(vector: DVec3) -> Option<DVec3> {
     (vector / vector.abs().max_element()).try_normalize()
 }

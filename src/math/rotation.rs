@@ -20,8 +20,9 @@ pub struct Rotation {
     matrix: DMat3,
 }
 
-/// Holds the angles of R = Rz(alpha) Ry(beta) Rz(gamma), radians: the body turns by gamma about z, then by beta about y, then by alpha
-/// about z, all three axes fixed in space (active, z-y-z). To pyshtools this is `rotate(alpha, beta, gamma, convention='y', body=True)`.
+/// Holds the angles of R = Rz(alpha) Ry(beta) Rz(gamma), radians: the body turns by gamma about z,
+/// then by beta about y, then by alpha about z, all three axes fixed in space (active, z-y-z). To
+/// pyshtools this is `rotate(alpha, beta, gamma, convention='y', body=True)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EulerAngles {
     /// The last turn, about z.
@@ -39,11 +40,12 @@ impl Rotation {
     /// Leaves everything where it is.
     pub const IDENTITY: Self = Self { matrix: DMat3::IDENTITY };
 
-    /// Takes a matrix that acts on column vectors. Entries rounded to six decimals will do: the nearest rotation is taken.
+    /// Takes a matrix that acts on column vectors. Entries rounded to six decimals will do: the
+    /// nearest rotation is taken.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when M^T M differs from the identity by more than 1e-5 in an entry, or the determinant is negative (a
-    /// reflection).
+    /// [`Error::Parameter`] when M^T M differs from the identity by more than 1e-5 in an entry, or
+    /// the determinant is negative (a reflection).
     pub fn from_matrix(matrix: DMat3) -> Result<Self> {
         let defect = (matrix.transpose() * matrix - DMat3::IDENTITY)
             .to_cols_array()
@@ -80,7 +82,8 @@ impl Rotation {
         Ok(Self { matrix: orthonormalised(DMat3::from_quat(quaternion / length)) })
     }
 
-    /// Turns by `angle`, radians, about an axis of any length but zero, by the rule of the right hand.
+    /// Turns by `angle`, radians, about an axis of any length but zero, by the rule of the right
+    /// hand.
     ///
     /// # Errors
     /// [`Error::Parameter`] when the axis is zero or a number is not finite.
@@ -90,7 +93,8 @@ impl Rotation {
                 Ok(Self { matrix: orthonormalised(DMat3::from_axis_angle(axis, angle)) })
             }
             _ => Err(Error::Parameter(format!(
-                "a rotation needs an axis that is not zero and a finite angle, found {axis} and {angle}"
+                "a rotation needs an axis that is not zero and a finite angle, found {axis} and \
+                 {angle}"
             ))),
         }
     }
@@ -110,17 +114,18 @@ impl Rotation {
         Ok(Self { matrix: orthonormalised(alpha * DMat3::from_rotation_y(beta) * gamma) })
     }
 
-    /// Gives the matrix, for column vectors.
+    /// Returns the matrix, for column vectors.
     pub const fn matrix(&self) -> DMat3 {
         self.matrix
     }
 
-    /// Gives the Euler angles; alpha is 0 where the rotation is about z alone.
+    /// Returns the Euler angles; alpha is 0 where the rotation is about z alone.
     pub fn euler(&self) -> EulerAngles {
         let m = self.matrix;
         let alpha =
             if m.z_axis.x == 0.0 && m.z_axis.y == 0.0 { 0.0 } else { m.z_axis.y.atan2(m.z_axis.x) };
-        // What is left after alpha is undone: so beta and gamma suit this alpha even where sin(beta) is all rounding.
+        // What is left after alpha is undone: so beta and gamma suit this alpha even where
+        // sin(beta) is all rounding.
         let rest = DMat3::from_rotation_z(-alpha) * m;
         EulerAngles {
             alpha,
@@ -129,7 +134,7 @@ impl Rotation {
         }
     }
 
-    /// Gives the angle of the turn, 0 to pi radians.
+    /// Returns the angle of the turn, 0 to pi radians.
     pub fn angle(&self) -> f64 {
         let m = self.matrix;
         let twice_sine =
@@ -138,7 +143,7 @@ impl Rotation {
         twice_sine.length().atan2(twice_cosine)
     }
 
-    /// Gives the rotation that undoes this one.
+    /// Returns the rotation that undoes this one.
     pub fn inverse(&self) -> Self {
         Self { matrix: self.matrix.transpose() }
     }
@@ -149,7 +154,8 @@ impl Rotation {
     }
 }
 
-/// Takes one Newton step towards the nearest orthogonal matrix; a defect of 1e-15 goes down to rounding.
+/// Takes one Newton step towards the nearest orthogonal matrix; a defect of 1e-15 goes down to
+/// rounding.
 pub(super) fn orthonormalised(m: DMat3) -> DMat3 {
     m * (1.5 * DMat3::IDENTITY - 0.5 * (m.transpose() * m))
 }

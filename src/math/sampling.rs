@@ -12,7 +12,8 @@ pub fn uniform_sphere([u, v]: [f64; 2]) -> DVec3 {
     DVec3::new(r * cos, r * sin, z)
 }
 
-/// Maps the unit square to the unit vectors within a cone about z whose half angle has this cosine, uniformly.
+/// Maps the unit square to the unit vectors within a cone about z whose half angle has this cosine,
+/// uniformly.
 pub fn uniform_cone(cos: f64, [u, v]: [f64; 2]) -> DVec3 {
     let z = 1.0 - u * (1.0 - cos);
     let r = (1.0 - z * z).max(0.0).sqrt();
@@ -20,9 +21,11 @@ pub fn uniform_cone(cos: f64, [u, v]: [f64; 2]) -> DVec3 {
     DVec3::new(r * cos, r * sin, z)
 }
 
-/// Samples the unit sphere in proportion to the sine of the angle to z; the density is sin / pi^2 per steradian.
+/// Samples the unit sphere in proportion to the sine of the angle to z; the density is sin / pi^2
+/// per steradian.
 pub fn sine_sphere([u, v]: [f64; 2]) -> DVec3 {
-    // The angle t of (t - sin t cos t) / pi = u by bisected Newton steps; the derivative 2 sin^2 vanishes at the ends.
+    // The angle t of (t - sin t cos t) / pi = u by bisected Newton steps; the derivative 2 sin^2
+    // vanishes at the ends.
     let (mut low, mut high, mut t) = (0.0, PI, 0.5 * PI);
     for _ in 0..60 {
         let (sin, cos) = t.sin_cos();
@@ -44,18 +47,21 @@ pub fn sine_sphere([u, v]: [f64; 2]) -> DVec3 {
     DVec3::new(sin * cos_v, sin * sin_v, cos)
 }
 
-/// Samples the hemisphere about local z in proportion to the cosine (Malley's method); see [`cosine_pdf`].
+/// Samples the hemisphere about local z in proportion to the cosine (Malley's method); see
+/// [`cosine_pdf`].
 pub fn cosine_hemisphere(u: [f64; 2]) -> DVec3 {
     let d = concentric_disc(u);
     DVec3::new(d.x, d.y, (1.0 - d.length_squared()).max(0.0).sqrt())
 }
 
-/// Gives the density, per steradian, of [`cosine_hemisphere`] at a direction with this cosine to the normal.
+/// Returns the density, per steradian, of [`cosine_hemisphere`] at a direction with this cosine to
+/// the normal.
 pub fn cosine_pdf(cos: f64) -> f64 {
     cos.max(0.0) / PI
 }
 
-/// Maps the unit square to the unit disc, area-preserving (Shirley and Chiu 1997); the density is 1/pi.
+/// Maps the unit square to the unit disc, area-preserving (Shirley and Chiu 1997); the density is
+/// 1/pi.
 pub fn concentric_disc([u, v]: [f64; 2]) -> DVec2 {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
     if a == 0.0 && b == 0.0 {
@@ -72,7 +78,8 @@ pub fn uniform_triangle([u, v]: [f64; 2]) -> DVec3 {
     DVec3::new(a, b, 1.0 - a - b)
 }
 
-/// Picks an index in proportion to `cumulative` (ascending sums, last > 0) and hands back the rest of `u`, uniform again in [0, 1).
+/// Picks an index in proportion to `cumulative` (ascending sums, last > 0) and hands back the rest
+/// of `u`, uniform again in [0, 1).
 pub fn discrete(cumulative: &[f64], u: f64) -> (usize, f64) {
     let total = cumulative.last().copied().unwrap_or(0.0);
     let x = u * total;
@@ -108,7 +115,8 @@ mod tests {
     fn cosine_hemisphere_has_the_cosine_law() {
         assert!((mean(|u| cosine_hemisphere(u).z.powi(2)) - 0.5).abs() <= TOLERANCE);
         assert!(mean(|u| cosine_hemisphere(u).x).abs() <= TOLERANCE);
-        // E[1/pdf] is the solid angle of the hemisphere only as an improper integral; E[cos/pdf] = pi exactly.
+        // E[1/pdf] is the solid angle of the hemisphere only as an improper integral; E[cos/pdf] =
+        // pi exactly.
         assert!(
             (mean(|u| {
                 let c = cosine_hemisphere(u).z;

@@ -1,7 +1,8 @@
 //! Statistics of replicates: means, standard errors, intervals.
 //!
-//! Every estimate of this crate is the mean of R independent replicates; its standard error is their standard deviation over
-//! sqrt R, and its interval uses Student's t with R - 1 degrees of freedom.
+//! Every estimate of this crate is the mean of R independent replicates; its standard error is
+//! their standard deviation over sqrt R, and its interval uses Student's t with R - 1 degrees of
+//! freedom.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -17,7 +18,8 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Averages independent replicates; an infinite standard error says that fewer than two were given.
+    /// Averages independent replicates; an infinite standard error says that fewer than two were
+    /// given.
     pub fn of_replicates(values: &[f64]) -> Self {
         let n = values.len();
         let mean = values.iter().sum::<f64>() / n.max(1) as f64;
@@ -30,34 +32,38 @@ impl Estimate {
         Self { mean, standard_error, replicates: n }
     }
 
-    /// Takes a value whose error is not known: all errors, widths and deviations are NaN, and it agrees with nothing.
+    /// Takes a value whose error is not known: all errors, widths and deviations are NaN, and it
+    /// agrees with nothing.
     pub const fn without_error(mean: f64) -> Self {
         Self { mean, standard_error: f64::NAN, replicates: 1 }
     }
 
-    /// Gives the half width of the two-sided interval that holds the truth with probability `1 - alpha`.
+    /// Returns the half width of the two-sided interval that holds the truth with probability `1 -
+    /// alpha`.
     pub fn half_width(&self, alpha: f64) -> f64 {
         student_t(alpha, self.replicates.saturating_sub(1)) * self.standard_error
     }
 
-    /// Gives the 95 % half width relative to the mean.
+    /// Returns the 95 % half width relative to the mean.
     pub fn relative_half_width(&self) -> f64 {
         self.half_width(0.05) / self.mean.abs()
     }
 
-    /// Gives the standard error relative to the mean.
+    /// Returns the standard error relative to the mean.
     pub fn relative_error(&self) -> f64 {
         self.standard_error / self.mean.abs()
     }
 
-    /// Gives how far the estimate lies above an exact value, in standard errors; 0 where they differ by rounding, at most 1e-13 of the value.
+    /// Returns how far the estimate lies above an exact value, in standard errors; 0 where they
+    /// differ by rounding, at most 1e-13 of the value.
     pub fn deviation(&self, exact: f64) -> f64 {
         let difference = self.mean - exact;
         if difference.abs() <= 1e-13 * exact.abs() { 0.0 } else { difference / self.standard_error }
     }
 
-    /// Tells whether `reference` (with its own standard error) is consistent with the estimate when `count` values are judged
-    /// together with a family false-alarm rate of 1e-3: |x - ref| <= t(1e-3/count; R-1) sqrt(se^2 + se_ref^2) + 1e-9 |ref|.
+    /// Whether `reference` (with its own standard error) is consistent with the estimate when
+    /// `count` values are judged together with a family false-alarm rate of 1e-3: |x - ref| <=
+    /// t(1e-3/count; R-1) sqrt(se^2 + se_ref^2) + 1e-9 |ref|.
     pub fn agrees_with(&self, reference: f64, reference_error: f64, count: usize) -> bool {
         let t = student_t(1e-3 / count.max(1) as f64, self.replicates.saturating_sub(1));
         let se = self.standard_error.hypot(reference_error);
@@ -65,7 +71,8 @@ impl Estimate {
     }
 }
 
-/// Gives the two-sided critical value of Student's t: |T| exceeds it with probability `alpha` (infinite for no degree of freedom).
+/// Returns the two-sided critical value of Student's t: |T| exceeds it with probability `alpha`
+/// (infinite for no degree of freedom).
 pub fn student_t(alpha: f64, degrees: usize) -> f64 {
     match StudentsT::new(0.0, 1.0, degrees as f64) {
         Ok(t) => t.inverse_cdf(1.0 - 0.5 * alpha),
@@ -73,7 +80,7 @@ pub fn student_t(alpha: f64, degrees: usize) -> f64 {
     }
 }
 
-/// Gives the median of the finite values; `None` when there are none.
+/// Returns the median of the finite values; `None` when there are none.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut finite: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
     if finite.is_empty() {

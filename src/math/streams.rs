@@ -1,7 +1,9 @@
-//! Random streams: numbers in [0, 1) that depend on a seed and an index only, never on the thread that asks.
+//! Random streams: numbers in [0, 1) that depend on a seed and an index only, never on the thread
+//! that asks.
 //!
-//! Owen-scrambled Sobol points (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020) carry 2^16 points a scramble and 256
-//! dimensions; past either limit a stream continues under an independent scramble. Plain random numbers are there to compare with.
+//! Owen-scrambled Sobol points (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020)
+//! carry 2^16 points a scramble and 256 dimensions; past either limit a stream continues under an
+//! independent scramble. Plain random numbers are there to compare with.
 
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -16,7 +18,8 @@ pub enum Randomness {
     Pseudorandom,
 }
 
-/// Mixes words into one 64-bit number (`SplitMix64` steps); equal inputs give equal outputs, neighbours unrelated ones.
+/// Mixes words into one 64-bit number (`SplitMix64` steps); equal inputs give equal outputs,
+/// neighbours unrelated ones.
 pub fn hash<const N: usize>(words: [u64; N]) -> u64 {
     words.into_iter().fold(0x9e37_79b9_7f4a_7c15, |state, word| {
         let mut z = (state ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -44,7 +47,8 @@ const POINTS_PER_SCRAMBLE: u64 = 1 << 16;
 const SETS_PER_SCRAMBLE: u32 = 64;
 
 impl Stream {
-    /// Opens the stream of sample `index` of the sequence `seed`. Sequences with different seeds are independent.
+    /// Opens the stream of sample `index` of the sequence `seed`. Sequences with different seeds
+    /// are independent.
     pub fn new(randomness: Randomness, seed: u64, index: u64) -> Self {
         let source = match randomness {
             Randomness::Sobol => Source::Sobol { seed, index, set: 0 },
@@ -55,7 +59,7 @@ impl Stream {
         Self { source }
     }
 
-    /// Gives the next four coordinates, each uniform in [0, 1).
+    /// Returns the next four coordinates, each uniform in [0, 1).
     pub fn next_4d(&mut self) -> [f64; 4] {
         match &mut self.source {
             Source::Sobol { seed, index, set } => {
@@ -76,7 +80,7 @@ impl Stream {
         }
     }
 
-    /// Gives two coordinates, each uniform in [0, 1); the other two of their group are dropped.
+    /// Returns two coordinates, each uniform in [0, 1); the other two of their group are dropped.
     pub fn next_2d(&mut self) -> [f64; 2] {
         let [u, v, ..] = self.next_4d();
         [u, v]
@@ -111,7 +115,8 @@ mod tests {
 
     #[test]
     fn sobol_points_fill_evenly() {
-        // 256 points of a (0, m, 2)-net hit each of 256 elementary intervals along one axis exactly once.
+        // 256 points of a (0, m, 2)-net hit each of 256 elementary intervals along one axis exactly
+        // once.
         let mut seen = [false; 256];
         for i in 0..256 {
             let [u, ..] = Stream::new(Randomness::Sobol, 42, i).next_4d();

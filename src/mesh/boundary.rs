@@ -26,17 +26,19 @@ impl BoundaryLoop {
     }
 }
 
-/// Follows boundary edges (each in the direction of its face) from one to the next and shows every loop, in a fixed order.
+/// Follows boundary edges (each in the direction of its face) from one to the next and shows every
+/// loop, in a fixed order.
 ///
-/// Where more than two of them meet, the walk goes on along the first that is left. Edges keep their own direction, whichever way
-/// the walk takes them.
+/// Where more than two of them meet, the walk goes on along the first that is left. Edges keep
+/// their own direction, whichever way the walk takes them.
 pub(super) fn for_each_loop(edges: &[[u32; 2]], mut see: impl FnMut(&[[u32; 2]])) {
     // Both ends of each edge, by vertex.
     let mut ends: Vec<(u32, u32)> =
         (0..).zip(edges).flat_map(|(i, &[a, b])| [(a, i), (b, i)]).collect();
     ends.sort_unstable();
     let mut is_walked = vec![false; edges.len()];
-    // Where at a vertex the search goes on, so that one of many edges is not searched anew each time.
+    // Where at a vertex the search goes on, so that one of many edges is not searched anew each
+    // time.
     let mut next: Vec<u32> = vec![0; ends.len()];
     let mut found = Vec::new();
     for start in 0..edges.len() {

@@ -1,7 +1,8 @@
 //! The edges of a mesh, one after the other, with all faces that walk along them.
 //!
-//! The walks are gathered by their lower vertex: a counting sort, then a sort of the few that share it. That is done for one slice of
-//! the vertices after the other, so that the memory is a fraction of that of the mesh.
+//! The walks are gathered by their lower vertex: a counting sort, then a sort of the few that share
+//! it. That is done for one slice of the vertices after the other, so that the memory is a fraction
+//! of that of the mesh.
 
 use std::fmt;
 
@@ -10,7 +11,7 @@ use glam::DVec3;
 use crate::mesh::Mesh;
 use crate::mesh::report::is_collapsed;
 
-/// Tells where an edge is and what is wrong with it.
+/// Describes where an edge is and what is wrong with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BadEdge {
     /// What is wrong.
@@ -44,22 +45,22 @@ pub(super) struct Walked {
 }
 
 impl Walked {
-    /// Gives the vertices in the order of the walk.
+    /// Returns the vertices in the order of the walk.
     pub(super) fn direction(&self) -> [u32; 2] {
         if self.upwards { [self.low, self.high] } else { [self.high, self.low] }
     }
 
-    /// Tells whether two faces walk in opposite ways, as faces do that agree about the outside.
+    /// Whether two faces walk in opposite ways, as faces do that agree about the outside.
     pub(super) fn agrees(&self, other: &Self) -> bool {
         self.upwards != other.upwards
     }
 
-    /// Gives the number, three a face, of the corner at the lower vertex.
+    /// Returns the number, three a face, of the corner at the lower vertex.
     pub(super) fn low_corner(&self) -> u32 {
         self.corner_at(self.upwards)
     }
 
-    /// Gives the number, three a face, of the corner at the higher vertex.
+    /// Returns the number, three a face, of the corner at the higher vertex.
     pub(super) fn high_corner(&self) -> u32 {
         self.corner_at(!self.upwards)
     }
@@ -96,7 +97,7 @@ impl fmt::Display for BadEdge {
     }
 }
 
-/// Tells for each face the gravest fault of its edges, if any.
+/// Returns for each face the gravest fault of its edges, if any.
 pub fn edge_faults(mesh: &Mesh) -> Vec<Option<EdgeFault>> {
     let mut faults = vec![None; mesh.triangles().len()];
     for_each_edge(mesh, |walks| {
@@ -131,7 +132,8 @@ const SLICES: usize = 8;
 /// The fewest vertices of a slice.
 const LEAST_SLICE: usize = 1 << 16;
 
-/// Shows, for each vertex in ascending order, the items that `items` gives for it, sorted; vertices without items are left out.
+/// Shows, for each vertex in ascending order, the items that `items` gives for it, sorted; vertices
+/// without items are left out.
 pub(super) fn for_each_group<T, I>(
     vertices: usize,
     items: impl Fn() -> I,

@@ -1,9 +1,11 @@
 //! The largest distance of the points of one mesh from another, enclosed by branch and bound.
 //!
-//! The distance from a face is a convex function, so over a triangle it is largest at a corner: with F a face of the other mesh, no point of the
-//! triangle is farther from that mesh than the corner that is farthest from F. F is tried for the faces nearest to the corners and to the
-//! middle. The distance is also 1-Lipschitz. Triangles whose bound is above the largest distance found so far by more than the width asked
-//! for are split in four; the others are settled. What is found is a lower bound, the largest bound of the settled an upper one.
+//! The distance from a face is a convex function, so over a triangle it is largest at a corner:
+//! with F a face of the other mesh, no point of the triangle is farther from that mesh than the
+//! corner that is farthest from F. F is tried for the faces nearest to the corners and to the
+//! middle. The distance is also 1-Lipschitz. Triangles whose bound is above the largest distance
+//! found so far by more than the width asked for are split in four; the others are settled. What is
+//! found is a lower bound, the largest bound of the settled an upper one.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -31,12 +33,14 @@ struct Sample {
 
 type Piece = [Sample; 3];
 
-/// Pieces that may wait to be split: more are not worth the memory; the enclosure is then wider than asked for.
+/// Pieces that may wait to be split: more are not worth the memory; the enclosure is then wider
+/// than asked for.
 const MOST: usize = 1 << 21;
 /// How often a face may be split.
 const ROUNDS: usize = 32;
 
-/// Encloses max over the points of `mesh` of their distance from the mesh of `other`, within `width`, metres, if memory allows.
+/// Encloses max over the points of `mesh` of their distance from the mesh of `other`, within
+/// `width`, metres, if memory allows.
 ///
 /// Faces count, vertices without a face do not; a mesh without faces gives zero.
 pub fn farthest_point(mesh: &Mesh, other: &NearestPoint, width: f64) -> FarthestPoint {
@@ -98,7 +102,8 @@ impl Search<'_> {
         Sample { point, distance: squared.sqrt(), place }
     }
 
-    /// Bounds the distance over a piece, given a lower bound of the largest; gives the sample at its middle too, or a corner where none was needed.
+    /// Bounds the distance over a piece, given a lower bound of the largest; gives the sample at
+    /// its middle too, or a corner where none was needed.
     fn judge(&self, piece: &Piece, lower: f64) -> (f64, Sample) {
         let good = lower + self.width;
         let reach = |from: DVec3| piece.iter().map(|c| c.point.distance(from)).fold(0.0, f64::max);
@@ -154,7 +159,8 @@ mod tests {
     fn nested_cubes_have_their_two_distances() {
         let outer = cube().translated(DVec3::splat(-0.5)).scaled(3.0).expect("positive");
         let inner = cube().translated(DVec3::splat(-0.5));
-        // From a corner of the outer cube, (1.5, 1.5, 1.5), to that of the inner one; from the inner faces straight out.
+        // From a corner of the outer cube, (1.5, 1.5, 1.5), to that of the inner one; from the
+        // inner faces straight out.
         let from_outer = enclosed(&outer, &inner, 1e-6);
         assert!(from_outer.lower <= 3_f64.sqrt() && from_outer.upper >= 3_f64.sqrt());
         assert!((from_outer.at.abs() - DVec3::splat(1.5)).length() <= 1e-6);
@@ -164,7 +170,8 @@ mod tests {
 
     #[test]
     fn the_farthest_point_may_be_inside_a_face() {
-        // A plate above two others that leave a gap of width 2 between them: its middle is farthest.
+        // A plate above two others that leave a gap of width 2 between them: its middle is
+        // farthest.
         let plate = |x0: f64, x1: f64, z: f64| {
             let p = |x, y| DVec3::new(x, y, z);
             let corners = vec![p(x0, -9.0), p(x1, -9.0), p(x1, 9.0), p(x0, 9.0)];

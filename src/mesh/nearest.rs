@@ -1,4 +1,5 @@
-//! The point of a mesh that is nearest to another: a binary tree of boxes over the faces, halved at their median, walked nearest box first.
+//! The point of a mesh that is nearest to another: a binary tree of boxes over the faces, halved at
+//! their median, walked nearest box first.
 //!
 //! All in f64. The tree for rays (`bvh`) answers another question and rounds its boxes to f32.
 
@@ -34,7 +35,8 @@ pub struct Nearest {
 #[derive(Debug, Clone, Copy)]
 struct Node {
     bounds: Aabb,
-    /// The first face of a leaf; else the number of the second child, the first child being the next node.
+    /// The first face of a leaf; else the number of the second child, the first child being the
+    /// next node.
     first: u32,
     /// How many faces a leaf holds; 0 for a node with children.
     count: u32,
@@ -92,7 +94,7 @@ impl NearestPoint {
         self.build(right, start + half);
     }
 
-    /// Gives the corners of the face with this place in the tree's own order.
+    /// Returns the corners of the face with this place in the tree's own order.
     fn face_at(&self, place: usize) -> &[DVec3; 3] {
         &self.corners[place]
     }
@@ -103,7 +105,8 @@ impl NearestPoint {
         Nearest { face: self.faces[place], point: found, distance: squared.sqrt() }
     }
 
-    /// Finds the nearest point: the place of its face in the tree's own order, the point, the square of the distance.
+    /// Finds the nearest point: the place of its face in the tree's own order, the point, the
+    /// square of the distance.
     pub(super) fn search(&self, point: DVec3) -> (usize, DVec3, f64) {
         let mut best = (0, self.corners[0][0], f64::INFINITY);
         let mut waiting = [(0_u32, 0.0); WAITING];
@@ -140,7 +143,7 @@ impl NearestPoint {
         best
     }
 
-    /// Gives the distance of a point from the face at this place of the tree's own order.
+    /// Returns the distance of a point from the face at this place of the tree's own order.
     pub(super) fn distance_from(&self, place: usize, point: DVec3) -> f64 {
         point.distance(nearest_on_triangle(point, *self.face_at(place)))
     }

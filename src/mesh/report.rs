@@ -1,7 +1,9 @@
-//! What is wrong with a mesh, in numbers and in sentences; what to do about it is the reader's to decide, nothing is repaired.
+//! What is wrong with a mesh, in numbers and in sentences; what to do about it is the reader's to
+//! decide, nothing is repaired.
 //!
-//! Most is read off the edges (`mesh_edges`): an edge of a closed, oriented surface is walked exactly once each way. Time is linear
-//! in the size of the mesh; beside the mesh there is never more than another two thirds of its memory.
+//! Most is read off the edges (`mesh_edges`): an edge of a closed, oriented surface is walked
+//! exactly once each way. Time is linear in the size of the mesh; beside the mesh there is never
+//! more than another two thirds of its memory.
 
 use crate::mesh::Mesh;
 use crate::mesh::boundary::{BoundaryLoop, for_each_loop};
@@ -29,7 +31,8 @@ pub struct MeshReport {
     pub duplicate: Vec<u32>,
     /// How many edges have one face only.
     pub boundary: usize,
-    /// How many loops the boundary forms; chains that do not close, which need an edge of three faces, count too.
+    /// How many loops the boundary forms; chains that do not close, which need an edge of three
+    /// faces, count too.
     pub boundary_loops: usize,
     /// The longest of them.
     pub longest_loop: Option<BoundaryLoop>,
@@ -65,7 +68,8 @@ impl MeshReport {
             edges: edges.count,
             faces,
             non_finite: numbers(mesh.positions().len(), &|v| !mesh.positions()[v].is_finite()),
-            // The area of a face with a vertex that is not finite is NaN: that face is not called degenerate too.
+            // The area of a face with a vertex that is not finite is NaN: that face is not called
+            // degenerate too.
             degenerate: numbers(faces, &|f| is_degenerate(mesh, f)),
             collapsed: mesh.triangles().iter().filter(|t| is_collapsed(t)).count(),
             duplicate: duplicate_faces(mesh),
@@ -81,7 +85,7 @@ impl MeshReport {
         }
     }
 
-    /// Gives V - E + F: 2 for every closed piece without a hole through it.
+    /// Returns V - E + F: 2 for every closed piece without a hole through it.
     pub fn euler(&self) -> i64 {
         // Indices are 32 bits wide: no count comes near the limits of i64.
         let [v, e, f] = [self.vertices, self.edges, self.faces - self.collapsed]
@@ -89,40 +93,43 @@ impl MeshReport {
         v - e + f
     }
 
-    /// Tells whether every edge has exactly two faces that agree about the outside, and there is a face at all.
+    /// Whether every edge has exactly two faces that agree about the outside, and there is a face
+    /// at all.
     pub fn is_closed(&self) -> bool {
         self.faces > 0 && self.boundary + self.non_manifold + self.inconsistent == 0
     }
 
-    /// Tells whether no edge has more than two faces and the faces around each vertex form one fan.
+    /// Whether no edge has more than two faces and the faces around each vertex form one fan.
     pub fn is_manifold(&self) -> bool {
         self.non_manifold == 0 && self.pinched.is_empty()
     }
 
-    /// Tells whether no two faces at an edge disagree about the outside.
+    /// Whether no two faces at an edge disagree about the outside.
     pub fn is_oriented(&self) -> bool {
         self.inconsistent == 0
     }
 
-    /// Gives the number of handles of all pieces together, of a closed manifold mesh.
+    /// Returns the number of handles of all pieces together, of a closed manifold mesh.
     pub fn genus(&self) -> Option<i64> {
         let pieces = i64::try_from(self.components).unwrap_or(i64::MAX);
         (self.is_closed() && self.is_manifold()).then(|| pieces - self.euler() / 2)
     }
 
-    /// Tells whether the faces look inwards.
+    /// Whether the faces look inwards.
     pub fn is_inside_out(&self) -> bool {
         self.is_closed() && self.volume < 0.0
     }
 
-    /// Gives one sentence for each deficiency: what, how many, where, how to go on. None for a clean mesh.
+    /// Returns one sentence for each deficiency: what, how many, where, how to go on. None for a
+    /// clean mesh.
     pub fn deficiencies(&self) -> Vec<String> {
         let mut all = self.surface_faults();
         all.extend(self.face_faults());
         all
     }
 
-    /// Asks for a closed, consistently oriented mesh with finite vertices whose faces look outwards.
+    /// Asks for a closed, consistently oriented mesh with finite vertices whose faces look
+    /// outwards.
     ///
     /// # Errors
     /// [`Error::Geometry`] with the sentences about whatever is missing.
@@ -134,7 +141,7 @@ impl MeshReport {
         Err(Error::Geometry(format!("the mesh does not enclose a volume: {}", faults.join("; "))))
     }
 
-    /// Gives the deficiencies that keep a mesh from enclosing a volume.
+    /// Returns the deficiencies that keep a mesh from enclosing a volume.
     fn surface_faults(&self) -> Vec<String> {
         let mut all = Vec::new();
         if self.faces == 0 {
@@ -175,14 +182,15 @@ impl MeshReport {
         }
         if self.is_inside_out() {
             all.push(format!(
-                "its faces look inwards (signed volume {:.6e} m3); reverse the order of the vertices in every face",
+                "its faces look inwards (signed volume {:.6e} m3); reverse the order of the \
+                 vertices in every face",
                 self.volume
             ));
         }
         all
     }
 
-    /// Gives the deficiencies of single faces, which do no harm to the volume.
+    /// Returns the deficiencies of single faces, which do no harm to the volume.
     fn face_faults(&self) -> Vec<String> {
         let mut all = Vec::new();
         if !self.degenerate.is_empty() {
@@ -258,7 +266,7 @@ pub(super) fn is_collapsed(&[a, b, c]: &[u32; 3]) -> bool {
     a == b || b == c || c == a
 }
 
-/// Tells whether the sine of an angle between two edges is zero to the rounding of their cross product.
+/// Whether the sine of an angle between two edges is zero to the rounding of their cross product.
 pub(super) fn is_degenerate(mesh: &Mesh, face: usize) -> bool {
     let [a, b, c] = mesh.corners(face);
     let (ab, ac) = (b - a, c - a);
@@ -285,9 +293,11 @@ pub(super) fn duplicate_faces(mesh: &Mesh) -> Vec<u32> {
     repeated
 }
 
-/// Finds the vertices where faces meet in more than one fan, joined by the vertex alone: a cone on the tip of another.
+/// Finds the vertices where faces meet in more than one fan, joined by the vertex alone: a cone on
+/// the tip of another.
 ///
-/// Corners of faces that share an edge of two faces are joined (union-find); what is left at a vertex are its fans.
+/// Corners of faces that share an edge of two faces are joined (union-find); what is left at a
+/// vertex are its fans.
 fn pinched_vertices(mesh: &Mesh) -> Vec<u32> {
     // More corners than 32 bits can number are not looked at: half a terabyte of mesh.
     let Ok(corners) = u32::try_from(3 * mesh.triangles().len()) else { return Vec::new() };

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-/// Gives the point of the triangle (its border and corners included) nearest to `point`; triangles without area are fine.
+/// Returns the point of the triangle (its border and corners included) nearest to `point`;
+/// triangles without area are fine.
 pub(crate) fn nearest_on_triangle(point: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     let normal = (b - a).cross(c - a);
     let inside = |from: DVec3, to: DVec3| (to - from).cross(point - from).dot(normal) >= 0.0;
@@ -53,7 +54,8 @@ mod tests {
         assert_eq!(near(2.0, -1.0, 1.0), DVec3::new(2.0, 0.0, 0.0));
         assert_eq!(near(-1.0, -2.0, 0.5), DVec3::ZERO);
         assert_eq!(near(9.0, 0.0, 0.0), TRIANGLE[1]);
-        // The foot on the hypotenuse of the 3-4-5 triangle: its distance from the origin is 12/5 along (3, 4)/5.
+        // The foot on the hypotenuse of the 3-4-5 triangle: its distance from the origin is 12/5
+        // along (3, 4)/5.
         assert!((near(3.0, 4.0, 0.0) - DVec3::new(1.44, 1.92, 0.0)).length() <= 1e-15);
     }
 

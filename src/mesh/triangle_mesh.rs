@@ -1,6 +1,8 @@
-//! A triangle mesh as plain indexed data: positions and triangles, nothing derived, nothing repaired.
+//! A triangle mesh as plain indexed data: positions and triangles, nothing derived, nothing
+//! repaired.
 //!
-//! Whether it is closed, oriented and star-shaped is asked in `mesh_check` and `star`; rays meet it in `mesh_surface`.
+//! Whether it is closed, oriented and star-shaped is asked in `mesh_check` and `star`; rays meet it
+//! in `mesh_surface`.
 
 use glam::DVec3;
 
@@ -8,9 +10,11 @@ use crate::math::Aabb;
 use crate::math::choice::choice;
 use crate::{Error, Result};
 
-/// Holds vertices and the triangles that join them; counter-clockwise seen from outside where the mesh is oriented.
+/// Holds vertices and the triangles that join them; counter-clockwise seen from outside where the
+/// mesh is oriented.
 ///
-/// Every index is in range; coordinates may be anything a file can say, even not finite (see [`super::MeshReport`]).
+/// Every index is in range; coordinates may be anything a file can say, even not finite (see
+/// [`super::MeshReport`]).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     positions: Vec<DVec3>,
@@ -73,12 +77,12 @@ impl Mesh {
         Ok(Self { positions, triangles })
     }
 
-    /// Gives the vertices, metres.
+    /// Returns the vertices, metres.
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
     }
 
-    /// Gives the triangles: three indices into the positions each.
+    /// Returns the triangles: three indices into the positions each.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
@@ -98,38 +102,41 @@ impl Mesh {
         self.positions.iter().zip(is_used).filter(|(_, used)| *used).map(|(p, _)| *p).collect()
     }
 
-    /// Gives the three corners of a face.
+    /// Returns the three corners of a face.
     ///
     /// # Panics
-    /// When there is no such face: a programmer's error. The same holds for the other questions about one face.
+    /// When there is no such face: a programmer's error. The same holds for the other questions
+    /// about one face.
     pub fn corners(&self, face: usize) -> [DVec3; 3] {
         self.triangles[face].map(|v| self.positions[v as usize])
     }
 
-    /// Gives the vector along the outward normal whose length is the area of the face, m2.
+    /// Returns the vector along the outward normal whose length is the area of the face, m2.
     pub fn area_vector(&self, face: usize) -> DVec3 {
         let [a, b, c] = self.corners(face);
         0.5 * (b - a).cross(c - a)
     }
 
-    /// Gives the outward unit normal of a face; `None` when it has no area.
+    /// Returns the outward unit normal of a face; `None` when it has no area.
     pub fn normal(&self, face: usize) -> Option<DVec3> {
         self.area_vector(face).try_normalize()
     }
 
-    /// Gives the middle of a face.
+    /// Returns the middle of a face.
     pub fn middle(&self, face: usize) -> DVec3 {
         self.corners(face).into_iter().sum::<DVec3>() / 3.0
     }
 
-    /// Gives the area of all faces, m2.
+    /// Returns the area of all faces, m2.
     pub fn area(&self) -> f64 {
         (0..self.triangles.len()).map(|f| self.area_vector(f).length()).sum()
     }
 
-    /// Gives the enclosed volume, m3, negative when the faces look inwards; of a closed mesh only.
+    /// Returns the enclosed volume, m3, negative when the faces look inwards; of a closed mesh
+    /// only.
     ///
-    /// Sums the signed tetrahedra over the middle of the bounds, so that a mesh far from the origin loses no digits.
+    /// Sums the signed tetrahedra over the middle of the bounds, so that a mesh far from the origin
+    /// loses no digits.
     pub fn volume(&self) -> f64 {
         let middle = self.bounds().centre();
         let six_fold = |face| {
@@ -139,7 +146,8 @@ impl Mesh {
         (0..self.triangles.len()).map(six_fold).sum::<f64>() / 6.0
     }
 
-    /// Gives the centroid of the cones from `apex` over the faces, metres: of the enclosed volume where the mesh is closed, whatever the apex.
+    /// Returns the centroid of the cones from `apex` over the faces, metres: of the enclosed volume
+    /// where the mesh is closed, whatever the apex.
     pub fn centroid(&self, apex: DVec3) -> DVec3 {
         let (mut volume, mut moment) = (0.0, DVec3::ZERO);
         for face in 0..self.triangles.len() {
@@ -160,7 +168,8 @@ impl Mesh {
     /// Makes a copy `factor` times as large: 0.001 for a file in millimetres.
     ///
     /// # Errors
-    /// [`Error::Parameter`] unless `factor` is finite and positive (a negative one would turn the mesh inside out).
+    /// [`Error::Parameter`] unless `factor` is finite and positive (a negative one would turn the
+    /// mesh inside out).
     pub fn scaled(&self, factor: f64) -> Result<Self> {
         if !(factor.is_finite() && factor > 0.0) {
             return Err(Error::Parameter(format!(
@@ -209,7 +218,8 @@ pub(crate) mod shapes {
         Mesh::new((0..8).map(corner).collect(), triangles).expect("indices in range")
     }
 
-    /// Encloses the prism over a counter-clockwise polygon in the plane z = 0, triangulated as told, up to z = 1.
+    /// Encloses the prism over a counter-clockwise polygon in the plane z = 0, triangulated as
+    /// told, up to z = 1.
     pub(crate) fn prism(outline: &[[f64; 2]], cap: &[[u32; 3]]) -> Mesh {
         let n = outline.len() as u32;
         let at = |z| outline.iter().map(move |&[x, y]| DVec3::new(x, y, z));

@@ -12,7 +12,7 @@ const DIGITS: usize = 4;
 
 /// Says what is asked of a scale; what is left open is fitted to the values.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ScaleWish {
+pub struct ScaleOptions {
     /// The value of the last colour.
     pub high: Option<f64>,
     /// The value of the first colour, of a linear scale.
@@ -25,7 +25,8 @@ pub struct ScaleWish {
     pub palette: Palette,
     /// Whether each division has one colour.
     pub bands: bool,
-    /// Whether an open low end of a linear scale may be above 0, where the values are all far from it.
+    /// Whether an open low end of a linear scale may be above 0, where the values are all far from
+    /// it.
     pub tight: bool,
 }
 
@@ -49,13 +50,16 @@ pub struct ColourScale {
     bands: bool,
 }
 
-impl ScaleWish {
-    /// Fits a scale to values. What is left open runs from 0 (or, of a `tight` scale of values whose least is above half of the largest, from below that) to a round number that is not
-    /// below a share `cover`, from 0 to 1, of them; values that are not finite do not count, and without any the scale ends at 1.
+impl ScaleOptions {
+    /// Fits a scale to values. What is left open runs from 0 (or, of a `tight` scale of values
+    /// whose least is above half of the largest, from below that) to a round number that is not
+    /// below a share `cover`, from 0 to 1, of them; values that are not finite do not count, and
+    /// without any the scale ends at 1.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when an end is not a finite number, the high one is not above the low one, or a logarithmic scale would not be positive or
-    /// has not above 0 and at most [`MOST_DECADES`] decades.
+    /// [`Error::Parameter`] when an end is not a finite number, the high one is not above the low
+    /// one, or a logarithmic scale would not be positive or has not above 0 and at most
+    /// [`MOST_DECADES`] decades.
     pub fn fitted(&self, values: &[f64], cover: f64) -> Result<ColourScale> {
         if let Some(decades) = self.decades.filter(|d| !(*d > 0.0 && *d <= MOST_DECADES)) {
             return Err(Error::Parameter(format!(
@@ -137,22 +141,23 @@ fn end_above(reached: f64) -> f64 {
 }
 
 impl ColourScale {
-    /// Gives the values of the first and the last colour.
+    /// Returns the values of the first and the last colour.
     pub const fn range(&self) -> [f64; 2] {
         [self.low, self.high]
     }
 
-    /// Tells how it runs.
+    /// Returns how it runs.
     pub const fn kind(&self) -> Scale {
         self.kind
     }
 
-    /// Gives its colours.
+    /// Returns its colours.
     pub const fn palette(&self) -> Palette {
         self.palette
     }
 
-    /// Gives the values at which it is divided, ascending: the numbers of its legend, and the isolines.
+    /// Returns the values at which it is divided, ascending: the numbers of its legend, and the
+    /// isolines.
     pub fn levels(&self) -> &[f64] {
         &self.levels
     }
@@ -170,7 +175,8 @@ impl ColourScale {
         ticks::texts(&self.levels, DIGITS)
     }
 
-    /// Gives the place of a value from 0, low, to 1, high, those outside at the ends; `None` when it is not finite.
+    /// Returns the place of a value from 0, low, to 1, high, those outside at the ends; `None` when
+    /// it is not finite.
     pub fn place(&self, value: f64) -> Option<f64> {
         if !value.is_finite() {
             return None;
@@ -183,12 +189,12 @@ impl ColourScale {
         Some(place.clamp(0.0, 1.0))
     }
 
-    /// Gives the sRGB colour of a value; `None` when it is not finite.
+    /// Returns the sRGB colour of a value; `None` when it is not finite.
     pub fn colour(&self, value: f64) -> Option<[u8; 3]> {
         self.place(value).map(|place| self.colour_at(place))
     }
 
-    /// Gives the colour at a place from 0 to 1.
+    /// Returns the colour at a place from 0 to 1.
     pub(super) fn colour_at(&self, place: f64) -> [u8; 3] {
         if !self.bands {
             return self.palette.colour(place);
@@ -205,7 +211,8 @@ impl ColourScale {
         self.levels.iter().copied().filter(move |v| *v > low + margin && *v < high - margin)
     }
 
-    /// Brings a value to where the scale is even, for interpolation: its logarithm on a logarithmic scale, that of a value at or below zero far below.
+    /// Brings a value to where the scale is even, for interpolation: its logarithm on a logarithmic
+    /// scale, that of a value at or below zero far below.
     pub(super) fn evened(&self, value: f64) -> f64 {
         match self.kind {
             Scale::Linear => value,
@@ -230,32 +237,32 @@ impl ColourScale {
 mod tests {
     use super::*;
 
-    fn fitted(wish: &ScaleWish, values: &[f64]) -> ColourScale {
+    fn fitted(wish: &ScaleOptions, values: &[f64]) -> ColourScale {
         wish.fitted(values, 1.0).expect("a scale")
     }
 
     #[test]
     fn nothing_and_darkness_have_a_scale_to_one() {
         for values in [&[][..], &[0.0; 5], &[f64::NAN, f64::INFINITY]] {
-            let scale = fitted(&ScaleWish::default(), values);
+            let scale = fitted(&ScaleOptions::default(), values);
             assert_eq!(scale.range(), [0.0, 1.0]);
-            let log = fitted(&ScaleWish { decades: Some(2.0), ..Default::default() }, values);
+            let log = fitted(&ScaleOptions { decades: Some(2.0), ..Default::default() }, values);
             assert_eq!(log.range(), [0.01, 1.0]);
         }
     }
 
     #[test]
     fn open_ends_are_fitted_and_stated_ones_kept() {
-        let open = ScaleWish::default();
+        let open = ScaleOptions::default();
         assert_eq!(fitted(&open, &[20.0, 523.0]).range(), [0.0, 600.0]);
         assert_eq!(fitted(&open.tight(), &[480.0, 523.0]).range(), [400.0, 600.0]);
         assert_eq!(fitted(&open.tight(), &[7.0, 7.0]).range(), [6.0, 8.0]);
         assert_eq!(fitted(&open, &[480.0, 523.0]).range(), [0.0, 600.0]);
         assert_eq!(fitted(&open, &[-3.0, 5.0]).range(), [-3.0, 5.0]);
         assert_eq!(fitted(&open, &[-3.0, -1.0]).range(), [-3.0, 0.0]);
-        let low = ScaleWish { low: Some(700.0), ..open };
+        let low = ScaleOptions { low: Some(700.0), ..open };
         assert_eq!(fitted(&low, &[20.0, 523.0]).range(), [700.0, 1400.0]);
-        let both = ScaleWish { high: Some(37.0), low: Some(5.0), ..open };
+        let both = ScaleOptions { high: Some(37.0), low: Some(5.0), ..open };
         assert_eq!(fitted(&both, &[20.0]).range(), [5.0, 37.0]);
         // One highlight of a thousand does not darken all the rest.
         let mut bright: Vec<f64> = vec![10.0; 1000];
@@ -266,18 +273,18 @@ mod tests {
 
     #[test]
     fn senseless_scales_are_refused() {
-        let open = ScaleWish::default();
+        let open = ScaleOptions::default();
         for wish in [
-            ScaleWish { high: Some(-1.0), low: Some(0.0), ..open },
-            ScaleWish { high: Some(f64::NAN), ..open },
-            ScaleWish { high: Some(f64::INFINITY), ..open },
-            ScaleWish { low: Some(f64::NAN), ..open },
-            ScaleWish { high: Some(0.0), decades: Some(2.0), ..open },
+            ScaleOptions { high: Some(-1.0), low: Some(0.0), ..open },
+            ScaleOptions { high: Some(f64::NAN), ..open },
+            ScaleOptions { high: Some(f64::INFINITY), ..open },
+            ScaleOptions { low: Some(f64::NAN), ..open },
+            ScaleOptions { high: Some(0.0), decades: Some(2.0), ..open },
         ] {
             assert!(wish.fitted(&[1.0, 2.0], 1.0).is_err(), "{wish:?}");
         }
         for decades in [0.0, -1.0, f64::NAN, 30.1, 1e9] {
-            let wish = ScaleWish { decades: Some(decades), ..open };
+            let wish = ScaleOptions { decades: Some(decades), ..open };
             let message = wish.fitted(&[1.0, 2.0], 1.0).expect_err("out of range").to_string();
             assert!(message.contains("above 0 and at most 30 decades, not"), "{message}");
         }
@@ -285,30 +292,32 @@ mod tests {
 
     #[test]
     fn divisions_are_equal_parts() {
-        let four = ScaleWish {
+        let four = ScaleOptions {
             high: Some(10.0),
             low: Some(0.0),
             divisions: Some(4),
             ..Default::default()
         };
         assert_eq!(fitted(&four, &[]).levels(), [0.0, 2.5, 5.0, 7.5, 10.0]);
-        let log = ScaleWish { low: None, decades: Some(2.0), divisions: Some(2), ..four };
+        let log = ScaleOptions { low: None, decades: Some(2.0), divisions: Some(2), ..four };
         assert_eq!(fitted(&log, &[]).level_texts(), ["0.1", "1", "10"]);
     }
 
     #[test]
     fn legend_has_the_ends_of_the_scale() {
-        let odd = ScaleWish { high: Some(37.0), low: Some(5.0), ..Default::default() };
+        let odd = ScaleOptions { high: Some(37.0), low: Some(5.0), ..Default::default() };
         let texts: Vec<String> = fitted(&odd, &[]).numbers().into_iter().map(|(_, t)| t).collect();
         assert_eq!(texts, ["5", "37", "5", "10", "15", "20", "25", "30", "35"][1..]);
-        let log = ScaleWish { decades: Some(2.0), ..Default::default() };
+        let log = ScaleOptions { decades: Some(2.0), ..Default::default() };
         assert_eq!(fitted(&log, &[56.0]).range(), [1.0, 100.0]);
     }
 
     #[test]
     fn values_find_their_places() {
-        let scale =
-            fitted(&ScaleWish { high: Some(100.0), decades: Some(2.0), ..Default::default() }, &[]);
+        let scale = fitted(
+            &ScaleOptions { high: Some(100.0), decades: Some(2.0), ..Default::default() },
+            &[],
+        );
         for (value, place) in [(10.0, 0.5), (0.0, 0.0), (-5.0, 0.0), (1e9, 1.0)] {
             let found = scale.place(value).expect("finite");
             assert!((found - place).abs() <= 1e-12, "{value}: {found}");
@@ -319,7 +328,7 @@ mod tests {
 
     #[test]
     fn bands_have_one_colour_each_the_middle_of_their_part_of_the_palette() {
-        let wish = ScaleWish {
+        let wish = ScaleOptions {
             high: Some(4.0),
             low: Some(0.0),
             divisions: Some(4),

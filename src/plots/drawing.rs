@@ -15,7 +15,8 @@ use crate::plots::ticks::{step_above, step_below};
 use crate::plots::{Curve, Figure, Scale, Style};
 use crate::{Error, Result};
 
-/// The colours of Okabe and Ito but yellow, which is faint on white; the ones easiest to tell apart come first.
+/// The colours of Okabe and Ito but yellow, which is faint on white; the ones easiest to tell apart
+/// come first.
 const COLOURS: [&str; 7] =
     ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"];
 
@@ -46,7 +47,8 @@ impl Figure {
         Ok(svg(&self.scene(SVG_SIZE, Medium::Paper)?))
     }
 
-    /// Draws it as PNG of so many pixels (white ground); twice as many pixels show the same plot finer.
+    /// Draws it as PNG of so many pixels (white ground); twice as many pixels show the same plot
+    /// finer.
     ///
     /// # Errors
     /// As [`Figure::to_svg`], and for a size outside 200 to 4096 pixels a side.
@@ -64,10 +66,12 @@ impl Figure {
         encode_png(width as usize, height as usize, drawn.as_raw())
     }
 
-    /// Draws it with characters (Braille dots), so many columns and rows; without `coloured` no escape sequences are used.
+    /// Draws it with characters (Braille dots), so many columns and rows; without `coloured` no
+    /// escape sequences are used.
     ///
     /// # Errors
-    /// As [`Figure::to_svg`]; sizes outside 40 to 400 columns and 12 to 200 rows are brought into that range.
+    /// As [`Figure::to_svg`]; sizes outside 40 to 400 columns and 12 to 200 rows are brought into
+    /// that range.
     pub fn to_terminal(&self, columns: usize, rows: usize, coloured: bool) -> Result<String> {
         let columns = columns.clamp(*COLUMNS.start(), *COLUMNS.end());
         let rows = rows.clamp(*ROWS.start(), *ROWS.end());
@@ -137,7 +141,8 @@ impl Figure {
         }
     }
 
-    /// Ends logarithmic axes a little outside what they show: whole decades would leave half of a plot empty.
+    /// Ends logarithmic axes a little outside what they show: whole decades would leave half of a
+    /// plot empty.
     fn with_ranges(&self, mut layout: Layout, shown: &[Curve]) -> Layout {
         for (k, axis) in self.axes.iter().enumerate() {
             if axis.scale == Scale::Linear {
@@ -191,7 +196,7 @@ impl Medium {
             .with_term_rows(rows as u32)
     }
 
-    /// Gives the colour of a curve; black and near-black vanish on dark terminals.
+    /// Returns the colour of a curve; black and near-black vanish on dark terminals.
     fn colour(self, curve: usize) -> &'static str {
         let colour = COLOURS[curve % COLOURS.len()];
         match self {
@@ -236,7 +241,7 @@ fn plots(curve: &Curve, number: usize, medium: Medium) -> Vec<Plot> {
     plots
 }
 
-/// Tells whether a curve has a broken line: by its style, or because the colours have all been used.
+/// Whether a curve has a broken line: by its style, or because the colours have all been used.
 fn is_broken(curve: &Curve, number: usize) -> bool {
     curve.style == Style::Dashed || number >= COLOURS.len()
 }
@@ -266,8 +271,8 @@ fn with_legend(layout: Layout, shown: &[Curve], medium: Medium) -> Layout {
     layout.with_legend_position(LegendPosition::OutsideRightTop).with_legend_entries(entries)
 }
 
-/// Gives the ends of a logarithmic axis: room for a marker around what it shows, or, where that is so little that no tick might be in it, the steps
-/// around.
+/// Returns the ends of a logarithmic axis: room for a marker around what it shows, or, where that
+/// is so little that no tick might be in it, the steps around.
 fn around(low: f64, high: f64) -> [f64; 2] {
     let ratio = high / low;
     if ratio > 10.0 && ratio.is_finite() {

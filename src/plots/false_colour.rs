@@ -1,4 +1,5 @@
-//! A picture in false colour: each pixel by its value, with a legend, and on demand isolines and the extremes.
+//! A picture in false colour: each pixel by its value, with a legend, and on demand isolines and
+//! the extremes.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -50,11 +51,12 @@ pub struct FalseColour {
 }
 
 impl FalseColour {
-    /// Takes the values of `width` x `height` pixels, row by row from the top left, of a quantity of this unit. Values that are not finite are shown
-    /// magenta.
+    /// Takes the values of `width` x `height` pixels, row by row from the top left, of a quantity
+    /// of this unit. Values that are not finite are shown magenta.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when the size does not fit the values, or a side has none or more than 8192 pixels.
+    /// [`Error::Parameter`] when the size does not fit the values, or a side has none or more than
+    /// 8192 pixels.
     pub fn new(
         width: usize,
         height: usize,
@@ -65,7 +67,8 @@ impl FalseColour {
         let sides = 1..=LARGEST;
         if !(sides.contains(&width) && sides.contains(&height)) || width * height != values.len() {
             return Err(Error::Parameter(format!(
-                "{} values are no picture of {width} x {height} pixels, each side from 1 to {LARGEST}",
+                "{} values are no picture of {width} x {height} pixels, each side from 1 to \
+                 {LARGEST}",
                 values.len()
             )));
         }
@@ -81,7 +84,8 @@ impl FalseColour {
         })
     }
 
-    /// Says whether isolines at the levels of the scale are drawn, labelled; they are those of the picture smoothed over five pixels, since noise has none.
+    /// Says whether isolines at the levels of the scale are drawn, labelled; they are those of the
+    /// picture smoothed over five pixels, since noise has none.
     pub fn with_lines(mut self, lines: bool) -> Self {
         self.lines = lines;
         self
@@ -93,13 +97,14 @@ impl FalseColour {
         self
     }
 
-    /// Says whether infinity means that there is nothing, as in a picture of depths: such pixels are grey and not counted as spoilt.
+    /// Says whether infinity means that there is nothing, as in a picture of depths: such pixels
+    /// are grey and not counted as non-finite.
     pub fn with_endless(mut self, endless: bool) -> Self {
         self.endless = endless;
         self
     }
 
-    /// Gives what the values come to.
+    /// Returns what the values come to.
     pub fn tally(&self) -> Tally {
         let tally = Tally::of(&self.values);
         Tally { not_finite: tally.not_finite - self.nothing(), ..tally }
@@ -122,7 +127,8 @@ impl FalseColour {
         let layout = self.layout();
         let mut paper = self.drawn(&layout);
         let mut picture = paper.pixels(1.0)?;
-        // What is drawn over the picture is drawn on white and on black: their difference is what shows through.
+        // What is drawn over the picture is drawn on white and on black: their difference is what
+        // shows through.
         paper.on(BLACK);
         let on_black = paper.pixels(1.0)?;
         self.show_through(&mut picture, &on_black, &layout);
@@ -153,7 +159,7 @@ impl FalseColour {
         Layout { zoom, font, picture: Area { x: font, y: font, width, height } }
     }
 
-    /// Gives the colour of each pixel.
+    /// Returns the colour of each pixel.
     fn colours(&self) -> Vec<Rgb8> {
         let table: Vec<Rgb8> =
             (0..=PLACES).map(|k| self.scale.colour_at(k as f64 / PLACES as f64)).collect();
@@ -211,12 +217,12 @@ impl FalseColour {
             (count > 0).then(|| (Swatch::Colour(colour), text.to_owned()))
         };
         let nothing = note(self.nothing(), NOTHING, "nothing");
-        let spoilt = note(tally.not_finite, NOT_FINITE, "not finite");
+        let non_finite = note(tally.not_finite, NOT_FINITE, "not finite");
         Legend {
             scale: &self.scale,
             unit: &self.unit,
             outside: self.scale.outside(&self.values).map(|n| n > 0),
-            notes: nothing.into_iter().chain(spoilt).collect(),
+            notes: nothing.into_iter().chain(non_finite).collect(),
             font,
         }
     }
@@ -246,7 +252,8 @@ impl FalseColour {
         }
     }
 
-    /// Lists the extremes, if they are shown: where each is, the middle of its plate, its text. Labels of lines are kept off them.
+    /// Lists the extremes, if they are shown: where each is, the middle of its plate, its text.
+    /// Labels of lines are kept off them.
     fn extremes(
         &self,
         placing: &mut Placing,
@@ -290,14 +297,15 @@ struct Layout {
 }
 
 impl Layout {
-    /// Gives where the middle of a pixel is.
+    /// Returns where the middle of a pixel is.
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let zoom = self.zoom as f64;
         [self.picture.x + (x + 0.5) * zoom, self.picture.y + (y + 0.5) * zoom]
     }
 }
 
-/// Smooths over five pixels each way with binomial weights; what is not finite stays so and does not count.
+/// Smooths over five pixels each way with binomial weights; what is not finite stays so and does
+/// not count.
 fn smoothed(width: usize, values: &[f64]) -> Vec<f64> {
     let height = values.len().checked_div(width).unwrap_or(0);
     let along = |values: &[f64], step: usize, place: &dyn Fn(usize) -> (usize, usize)| {
@@ -323,9 +331,9 @@ fn smoothed(width: usize, values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plots::ScaleWish;
+    use crate::plots::ScaleOptions;
 
-    fn picture(width: usize, height: usize, values: Vec<f64>, wish: ScaleWish) -> FalseColour {
+    fn picture(width: usize, height: usize, values: Vec<f64>, wish: ScaleOptions) -> FalseColour {
         let scale = wish.fitted(&values, 1.0).expect("a scale");
         FalseColour::new(width, height, values, scale, "cd/m\u{b2}").expect("fits")
     }
@@ -341,18 +349,19 @@ mod tests {
 
     #[test]
     fn misshapen_pictures_are_refused() {
-        let scale = ScaleWish::default().fitted(&[], 1.0).expect("a scale");
+        let scale = ScaleOptions::default().fitted(&[], 1.0).expect("a scale");
         for (width, height, n) in [(0, 0, 0), (2, 2, 3), (9000, 1, 9000), (usize::MAX, 2, 2)] {
             assert!(FalseColour::new(width, height, vec![0.0; n], scale.clone(), "").is_err());
         }
     }
 
     #[test]
-    fn dark_constant_and_spoilt_pictures_are_drawn() {
+    fn dark_constant_and_non_finite_pictures_are_drawn() {
         for values in [vec![0.0; 6], vec![7.0; 6], vec![f64::NAN; 6], vec![1e300; 6], vec![-1.0; 6]]
         {
             for decades in [None, Some(3.0)] {
-                let wish = ScaleWish { decades, high: decades.map(|_| 1.0), ..Default::default() };
+                let wish =
+                    ScaleOptions { decades, high: decades.map(|_| 1.0), ..Default::default() };
                 let picture =
                     picture(3, 2, values.clone(), wish).with_lines(true).with_extremes(true);
                 assert!(decoded(&picture).width() >= 640);
@@ -362,11 +371,11 @@ mod tests {
     }
 
     #[test]
-    fn pixels_have_the_colours_of_their_values_and_spoilt_ones_are_magenta() {
+    fn pixels_have_the_colours_of_their_values_and_non_finite_ones_are_magenta() {
         let mut values = ramp();
         values[0] = f64::NAN;
         values[1] = f64::INFINITY;
-        let picture = picture(16, 12, values, ScaleWish::default());
+        let picture = picture(16, 12, values, ScaleOptions::default());
         let Layout { zoom, picture: area, .. } = picture.layout();
         let image = decoded(&picture);
         let at = |x: usize, y: usize| {
@@ -386,7 +395,7 @@ mod tests {
     #[test]
     fn infinity_may_mean_that_there_is_nothing() {
         let values = vec![1.0, f64::INFINITY, f64::NAN, f64::NEG_INFINITY];
-        let picture = picture(2, 2, values, ScaleWish::default());
+        let picture = picture(2, 2, values, ScaleOptions::default());
         assert_eq!((picture.nothing(), picture.tally().not_finite), (0, 3));
         let picture = picture.with_endless(true);
         assert_eq!((picture.nothing(), picture.tally().not_finite), (1, 2));
@@ -397,7 +406,7 @@ mod tests {
 
     #[test]
     fn lines_and_extremes_are_drawn_over_the_picture() {
-        let plain = picture(16, 12, ramp(), ScaleWish::default());
+        let plain = picture(16, 12, ramp(), ScaleOptions::default());
         let image = decoded(&plain);
         assert_ne!(decoded(&plain.clone().with_lines(true)), image);
         let svg = plain.clone().with_extremes(true).to_svg().expect("drawn");

@@ -1,8 +1,9 @@
 //! Isolines of a field known at the nodes of a regular grid, by marching squares.
 //!
-//! Between the nodes of an edge the field is taken as linear, in a cell as bilinear: where two opposite corners are above the level and two below, the value
-//! at the saddle of the bilinear field decides which of them are joined (Nielson and Hamann, "The asymptotic decider", 1991). Cells with a corner that is
-//! not finite have no line.
+//! Between the nodes of an edge the field is taken as linear, in a cell as bilinear: where two
+//! opposite corners are above the level and two below, the value at the saddle of the bilinear
+//! field decides which of them are joined (Nielson and Hamann, "The asymptotic decider", 1991).
+//! Cells with a corner that is not finite have no line.
 
 use hashbrown::HashMap;
 
@@ -15,7 +16,8 @@ pub struct Isoline {
     pub closed: bool,
 }
 
-/// Finds the isolines of a level in `values`, row by row, of a grid of `columns` nodes a row; a last row that is not whole is passed over.
+/// Finds the isolines of a level in `values`, row by row, of a grid of `columns` nodes a row; a
+/// last row that is not whole is passed over.
 pub fn isolines(columns: usize, values: &[f64], level: f64) -> Vec<Isoline> {
     let field = Field { columns, rows: values.len().checked_div(columns).unwrap_or(0), values };
     let segments = field.segments(level);
@@ -35,7 +37,8 @@ pub fn isolines(columns: usize, values: &[f64], level: f64) -> Vec<Isoline> {
     chains.map(|edges| field.line(&edges, level)).collect()
 }
 
-/// An edge of the grid: from the node of this number to the next in its row, or to the one under it in the next row.
+/// An edge of the grid: from the node of this number to the next in its row, or to the one under it
+/// in the next row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Edge {
     node: usize,
@@ -63,7 +66,8 @@ impl Field<'_> {
     /// Adds the pieces in the cell whose first corner is this node.
     fn cell(&self, node: usize, level: f64, segments: &mut Vec<[Edge; 2]>) {
         let below = node + self.columns;
-        // Around the cell: this corner, the next in its row, the one under that, the one under this.
+        // Around the cell: this corner, the next in its row, the one under that, the one under
+        // this.
         let corners = [node, node + 1, below + 1, below].map(|n| self.values[n]);
         if !corners.iter().all(|v| v.is_finite()) {
             return;
@@ -78,8 +82,9 @@ impl Field<'_> {
             [a, b] => segments.push([edges[a], edges[b]]),
             [_, _, _, _] => {
                 let [a, b, c, d] = corners.map(|v| v - level);
-                // The saddle's value, (ac - bd) / (a + c - b - d), has the sign of the pair whose product is the larger: that pair is joined.
-                // Corners of the other are cut off one by one; corner k lies between edges k - 1 and k.
+                // The saddle's value, (ac - bd) / (a + c - b - d), has the sign of the pair whose
+                // product is the larger: that pair is joined. Corners of the other are cut off one
+                // by one; corner k lies between edges k - 1 and k.
                 let cut_off = if a * c >= b * d { [1, 3] } else { [0, 2] };
                 segments.extend(cut_off.map(|k: usize| [edges[(k + 3) % 4], edges[k]]));
             }
@@ -92,7 +97,7 @@ impl Field<'_> {
         Isoline { points, closed: edges.len() > 2 && edges.first() == edges.last() }
     }
 
-    /// Gives where an edge has the level.
+    /// Returns where an edge has the level.
     fn crossing(&self, Edge { node, to_next_row }: Edge, level: f64) -> [f64; 2] {
         let next = if to_next_row { node + self.columns } else { node + 1 };
         let (from, to) = (self.values[node], self.values[next]);
@@ -112,7 +117,8 @@ struct Trace<'a> {
 }
 
 impl Trace<'_> {
-    /// Follows a line from one of its edges, through a piece that touches it; `None` when that has been followed.
+    /// Follows a line from one of its edges, through a piece that touches it; `None` when that has
+    /// been followed.
     fn follow(&mut self, segment: usize, from: Edge) -> Option<Vec<Edge>> {
         if self.used[segment] {
             return None;

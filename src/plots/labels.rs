@@ -1,4 +1,5 @@
-//! Where the numbers of isolines stand: on their line, apart from each other and, where that is possible, from what else is written.
+//! Where the numbers of isolines stand: on their line, apart from each other and, where that is
+//! possible, from what else is written.
 
 use crate::plots::paper::Area;
 
@@ -27,7 +28,8 @@ impl Placing {
         self.taken.push(area);
     }
 
-    /// Finds the middles of labels of this size on the lines of one level: one or more on each that is long enough, at least one in all if there is room.
+    /// Finds the middles of labels of this size on the lines of one level: one or more on each that
+    /// is long enough, at least one in all if there is room.
     pub(super) fn on(&mut self, lines: &[Vec<[f64; 2]>], size: [f64; 2]) -> Vec<[f64; 2]> {
         let mut order: Vec<&Vec<[f64; 2]>> = lines.iter().collect();
         order.sort_by(|a, b| length(b).total_cmp(&length(a)));
@@ -85,7 +87,7 @@ fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// Gives the point at a distance along a line.
+/// Returns the point at a distance along a line.
 fn along(line: &[[f64; 2]], mut distance: f64) -> Option<[f64; 2]> {
     for pair in line.windows(2) {
         let [a, b] = [pair[0], pair[1]];

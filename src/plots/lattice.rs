@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use crate::{Error, Result};
 
-/// How far a point may be from its node, in spacings: less than the eye can see in a picture of the grid.
+/// How far a point may be from its node, in spacings: less than the eye can see in a picture of the
+/// grid.
 const TOLERANCE: f64 = 0.01;
 
 /// Tells points that are one, and lines from planes, relative to the extent of all.
@@ -28,10 +29,12 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// Finds the lattice of points whose side to look at is that of `facing` (of any length; zero where nothing is known).
+    /// Finds the lattice of points whose side to look at is that of `facing` (of any length; zero
+    /// where nothing is known).
     ///
-    /// Upright and tilted lattices have as `up` the axis that rises most, horizontal ones as `right` the axis that is nearest to +x: a floor seen
-    /// from above has +x to the right and +y up. Nodes without a point are allowed up to half of all.
+    /// Upright and tilted lattices have as `up` the axis that rises most, horizontal ones as
+    /// `right` the axis that is nearest to +x: a floor seen from above has +x to the right and +y
+    /// up. Nodes without a point are allowed up to half of all.
     ///
     /// # Errors
     /// [`Error::Geometry`] says why the points are no lattice of at least 2 x 2.
@@ -44,7 +47,7 @@ impl Lattice {
         first.or_else(|fault| second.or(third).map_err(|_| fault)).map_err(Error::Geometry)
     }
 
-    /// Gives where a node is, metres; fractions are between nodes.
+    /// Returns where a node is, metres; fractions are between nodes.
     pub fn at(&self, column: f64, row: f64) -> DVec3 {
         self.origin + self.right * (column * self.spacing[0]) + self.up * (row * self.spacing[1])
     }
@@ -84,7 +87,7 @@ impl<'a> Plane<'a> {
         Ok(Self { points, normal: if turned { -normal } else { normal }, extent })
     }
 
-    /// Gives the way from a point to its nearest neighbour.
+    /// Returns the way from a point to its nearest neighbour.
     fn axis(&self, seed: usize) -> std::result::Result<DVec3, String> {
         let here = self.points[seed];
         let others = self.points.iter().enumerate().filter(|(i, _)| *i != seed);

@@ -1,4 +1,5 @@
-//! The legend of a false-colour picture: the scale as an upright bar, and what the other colours mean.
+//! The legend of a false-colour picture: the scale as an upright bar, and what the other colours
+//! mean.
 
 use crate::plots::ColourScale;
 use crate::plots::paper::{Align, Area, FRAME, INK, Paper, Rgb8, WHITE, text_width};
@@ -34,7 +35,7 @@ impl Legend<'_> {
         (1.4 * self.font).round()
     }
 
-    /// Gives the width it takes.
+    /// Returns the width it takes.
     pub(super) fn width(&self) -> f64 {
         let numbers = self.scale.numbers();
         let numbers =
@@ -49,7 +50,7 @@ impl Legend<'_> {
         text_width(text, self.font)
     }
 
-    /// Gives the height below which it cannot be read.
+    /// Returns the height below which it cannot be read.
     pub(super) fn least_height(&self) -> f64 {
         let steps = self.scale.levels().len().clamp(2, 20) as f64;
         self.font * (1.5 * steps + 2.0 + 2.0 + 1.8 * self.notes.len() as f64)

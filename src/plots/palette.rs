@@ -4,7 +4,8 @@ use colorous::Gradient;
 
 use crate::math::choice::choice;
 
-/// Names a row of colours from low to high; all but turbo and grey get lighter in even steps and are read by people of all kinds of colour vision.
+/// Names a row of colours from low to high; all but turbo and grey get lighter in even steps and
+/// are read by people of all kinds of colour vision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Palette {
     /// Violet, green, yellow.
@@ -18,7 +19,8 @@ pub enum Palette {
     Plasma,
     /// Blue, grey, yellow: the same to the colour-blind.
     Cividis,
-    /// The rainbow without its false edges: what lighting engineers are used to, but its middle is the lightest.
+    /// The rainbow without its false edges: what lighting engineers are used to, but its middle is
+    /// the lightest.
     Turbo,
     /// Black to white.
     Grey,
@@ -35,7 +37,8 @@ choice!(Palette, "palette":
 );
 
 impl Palette {
-    /// Gives the sRGB colour at a place from 0, low, to 1, high; places outside take that of the end.
+    /// Returns the sRGB colour at a place from 0, low, to 1, high; places outside take that of the
+    /// end.
     pub fn colour(self, place: f64) -> [u8; 3] {
         let place = if place.is_nan() { 0.0 } else { place.clamp(0.0, 1.0) };
         self.gradient().map_or([(255.0 * place).round() as u8; 3], |gradient| {
@@ -57,8 +60,8 @@ impl Palette {
     }
 }
 
-/// Tells whether black is easier to read on a colour than white: its relative luminance, by the sRGB transfer function taken as a square, is above that of
-/// middle grey.
+/// Whether black is easier to read on a colour than white: its relative luminance, by the sRGB
+/// transfer function taken as a square, is above that of middle grey.
 pub(super) fn is_light(colour: [u8; 3]) -> bool {
     let [r, g, b] = colour.map(|c| (f64::from(c) / 255.0).powi(2));
     0.2126 * r + 0.7152 * g + 0.0722 * b > 0.2

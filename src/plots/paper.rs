@@ -12,7 +12,8 @@ use crate::{Error, Result};
 
 /// The sizes of a picture that can be made, pixels a side.
 pub(super) const PIXELS: std::ops::RangeInclusive<u32> = 200..=4096;
-/// Pictures are drawn this many times finer and averaged, as far as memory allows: kuva smears text that runs upwards over a pixel.
+/// Pictures are drawn this many times finer and averaged, as far as memory allows: kuva smears text
+/// that runs upwards over a pixel.
 const FINER: u32 = 3;
 /// The largest side that is drawn, pixels.
 const FINEST: u32 = 8192;
@@ -94,19 +95,19 @@ impl Area {
         self.y + self.height
     }
 
-    /// Gives the size of what two areas share.
+    /// Returns the size of what two areas share.
     pub(super) fn overlap(&self, other: &Self) -> f64 {
         let width = self.right().min(other.right()) - self.x.max(other.x);
         let height = self.bottom().min(other.bottom()) - self.y.max(other.y);
         width.max(0.0) * height.max(0.0)
     }
 
-    /// Tells whether a point lies within.
+    /// Whether a point lies within.
     pub(super) fn contains(&self, [x, y]: [f64; 2]) -> bool {
         (self.x..=self.right()).contains(&x) && (self.y..=self.bottom()).contains(&y)
     }
 
-    /// Tells whether another lies within.
+    /// Whether another lies within.
     pub(super) fn holds(&self, other: &Self) -> bool {
         other.x >= self.x
             && other.y >= self.y
@@ -137,7 +138,7 @@ impl Paper {
         Self { scene }
     }
 
-    /// Gives the size of a picture of so many pixels a unit.
+    /// Returns the size of a picture of so many pixels a unit.
     pub(super) fn size(&self, scale: f64) -> [u32; 2] {
         [self.scene.width, self.scene.height].map(|n| (n * scale).round().max(1.0) as u32)
     }
@@ -254,7 +255,7 @@ impl Paper {
     }
 }
 
-/// Gives the size of a plate.
+/// Returns the size of a plate.
 pub(super) fn plate_size(text: &str, size: f64) -> [f64; 2] {
     [text_width(text, size) + 0.5 * size, 1.2 * size]
 }

@@ -1,9 +1,11 @@
-//! A field on a regular grid, refined by the cubic of Catmull and Rom: it passes through the values it is given, and isolines of it have no corners.
+//! A field on a regular grid, refined by the cubic of Catmull and Rom: it passes through the values
+//! it is given, and isolines of it have no corners.
 //!
 //! At a border, or where a value is missing, the cubic goes on straight.
 
-/// Refines `values`, row by row of `columns` each, by `times` steps between neighbours: (columns - 1) times + 1 values a row come back, and rows likewise.
-/// Where one of the four values around is not finite, what is between them is NaN; at the nodes what was there stays.
+/// Refines `values`, row by row of `columns` each, by `times` steps between neighbours:
+/// (columns - 1) times + 1 values a row come back, and rows likewise. Where one of the four values
+/// around is not finite, what is between them is NaN; at the nodes what was there stays.
 pub fn refined(columns: usize, values: &[f64], times: usize) -> (usize, Vec<f64>) {
     let rows = values.len().checked_div(columns).unwrap_or(0);
     if columns < 2 || rows < 2 || times < 2 {
@@ -49,7 +51,7 @@ impl Patch<'_> {
         cubic([0, 1, 2, 3].map(|i| self.value(self.column + i, self.row + k)), u)
     }
 
-    /// Gives a value, its place counted from 1; NaN outside.
+    /// Returns a value, its place counted from 1; NaN outside.
     fn value(&self, column: usize, row: usize) -> f64 {
         let inside = (1..=self.columns).contains(&column) && (1..=self.rows).contains(&row);
         let value = || self.values[(row - 1) * self.columns + column - 1];
@@ -57,7 +59,8 @@ impl Patch<'_> {
     }
 }
 
-/// Interpolates between the second and the third of four values; the first and the last may be missing.
+/// Interpolates between the second and the third of four values; the first and the last may be
+/// missing.
 fn cubic([a, b, c, d]: [f64; 4], t: f64) -> f64 {
     let a = if a.is_finite() { a } else { 2.0 * b - c };
     let d = if d.is_finite() { d } else { 2.0 * c - b };

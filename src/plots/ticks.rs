@@ -5,12 +5,13 @@ const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
 /// The numbers that are round enough for the end of a scale.
 const ROUND: [f64; 10] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
 
-/// Gives the power of ten at or below a positive number.
+/// Returns the power of ten at or below a positive number.
 fn decade(value: f64) -> f64 {
     10_f64.powf(value.log10().floor())
 }
 
-/// Gives the multiples of a round step from `low` to `high`, about as many steps as asked for or fewer; none where that makes no sense.
+/// Returns the multiples of a round step from `low` to `high`, about as many steps as asked for or
+/// fewer; none where that makes no sense.
 pub(super) fn linear(low: f64, high: f64, steps: usize) -> Vec<f64> {
     let least = (high - low) / steps.max(1) as f64;
     if !(least > 0.0 && least.is_finite()) {
@@ -28,7 +29,8 @@ pub(super) fn linear(low: f64, high: f64, steps: usize) -> Vec<f64> {
     (0..=(last - first) as usize).map(|k| tidy((first + k as f64) * step)).collect()
 }
 
-/// Gives round numbers from `low` to `high`, both positive: 1, 2, 5 in each decade, or fewer where there are many decades.
+/// Returns round numbers from `low` to `high`, both positive: 1, 2, 5 in each decade, or fewer
+/// where there are many decades.
 pub(super) fn logarithmic(low: f64, high: f64) -> Vec<f64> {
     let decades = (high / low).log10();
     if !(low > 0.0 && decades > 0.0 && decades.is_finite()) {
@@ -47,28 +49,28 @@ pub(super) fn logarithmic(low: f64, high: f64) -> Vec<f64> {
     all.filter(|v| *v >= low * (1.0 - 1e-9) && *v <= high * (1.0 + 1e-9)).collect()
 }
 
-/// Gives the smallest round number that is not below a positive one.
+/// Returns the smallest round number that is not below a positive one.
 pub(super) fn round_above(value: f64) -> f64 {
     let unit = decade(value);
     let fits = ROUND.into_iter().map(|r| tidy(r * unit)).find(|r| *r >= value * (1.0 - 1e-9));
     fits.unwrap_or_else(|| tidy(10.0 * unit))
 }
 
-/// Gives the largest 1, 2 or 5 times a power of ten that is not above a positive number.
+/// Returns the largest 1, 2 or 5 times a power of ten that is not above a positive number.
 pub(super) fn step_below(value: f64) -> f64 {
     let unit = decade(value);
     let fits = |k: &f64| k * unit <= value * (1.0 + 1e-9);
     tidy([5.0, 2.0, 1.0].into_iter().find(fits).map_or(unit, |k| k * unit))
 }
 
-/// Gives the smallest 1, 2 or 5 times a power of ten that is not below a positive number.
+/// Returns the smallest 1, 2 or 5 times a power of ten that is not below a positive number.
 pub(super) fn step_above(value: f64) -> f64 {
     let unit = decade(value);
     let fits = |k: &f64| k * unit >= value * (1.0 - 1e-9);
     tidy([1.0, 2.0, 5.0].into_iter().find(fits).map_or(10.0 * unit, |k| k * unit))
 }
 
-/// Gives the largest round number that is not above a positive one.
+/// Returns the largest round number that is not above a positive one.
 pub(super) fn round_below(value: f64) -> f64 {
     let unit = decade(value);
     let fits = ROUND.into_iter().rev().map(|r| tidy(r * unit));
@@ -80,14 +82,16 @@ fn tidy(value: f64) -> f64 {
     format!("{value:.9e}").parse().unwrap_or(value)
 }
 
-/// Writes numbers of a scale alike: so many decimals that each keeps `digits` significant ones at most and none is a mere zero.
+/// Writes numbers of a scale alike: so many decimals that each keeps `digits` significant ones at
+/// most and none is a mere zero.
 pub(super) fn texts(values: &[f64], digits: usize) -> Vec<String> {
     let largest = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
     let least = values.iter().filter(|v| **v != 0.0).fold(f64::MAX, |a, v| a.min(v.abs()));
     if largest >= 1e6 || least < 1e-4 {
         return values.iter().map(|v| short(*v, digits)).collect();
     }
-    // A wide range, of a logarithmic scale, would fill up with zeros: there each number has its own.
+    // A wide range, of a logarithmic scale, would fill up with zeros: there each number has its
+    // own.
     if largest >= 100.0 * least && values.iter().all(|v| *v > 0.0) {
         return values.iter().map(|v| short(*v, digits)).collect();
     }
@@ -114,7 +118,8 @@ pub(super) fn short(value: f64, digits: usize) -> String {
     minus(text)
 }
 
-/// Writes a value for its place in a picture: with the decimals of three significant digits of `largest`.
+/// Writes a value for its place in a picture: with the decimals of three significant digits of
+/// `largest`.
 pub(super) fn beside(value: f64, largest: f64) -> String {
     let magnitude = largest.abs().log10().floor();
     if !(-3.0..6.0).contains(&magnitude) {

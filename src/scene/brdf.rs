@@ -1,4 +1,5 @@
-//! How a surface reflects: evaluation, sampling and density always as a set, and a mirror's part apart.
+//! How a surface reflects: evaluation, sampling and density always as a set, and a mirror's part
+//! apart.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -10,11 +11,11 @@ use crate::math::{Frame, Rgb, sampling};
 use super::glossy::Glossy;
 use super::mixture::Mixture;
 
-/// A bidirectional reflectance distribution function, 1/sr. Directions point away from the surface; the normal is on the side of
-/// `outgoing`, so nothing passes through.
+/// A bidirectional reflectance distribution function, 1/sr. Directions point away from the surface;
+/// the normal is on the side of `outgoing`, so nothing passes through.
 ///
-/// [`Brdf::eval`], [`Brdf::sample`], [`Brdf::density`] and [`Brdf::albedo`] leave out what is reflected as by a mirror, which has no density per solid
-/// angle: that is [`Brdf::mirror`].
+/// [`Brdf::eval`], [`Brdf::sample`], [`Brdf::density`] and [`Brdf::albedo`] leave out what is
+/// reflected as by a mirror, which has no density per solid angle: that is [`Brdf::mirror`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Brdf {
     /// Diffuse reflection: f = reflectance / pi.
@@ -45,7 +46,8 @@ pub struct BrdfSample {
 }
 
 impl Brdf {
-    /// Evaluates f for light that comes from `incident` and leaves to `outgoing`; black when they are on different sides.
+    /// Evaluates f for light that comes from `incident` and leaves to `outgoing`; black when they
+    /// are on different sides.
     pub fn eval(&self, normal: DVec3, incident: DVec3, outgoing: DVec3) -> Rgb {
         if incident.dot(normal) <= 0.0 || outgoing.dot(normal) <= 0.0 {
             return Rgb::BLACK;
@@ -61,7 +63,8 @@ impl Brdf {
         }
     }
 
-    /// Samples where light that leaves to `outgoing` came from (or goes on to: f is reciprocal). `None` where the sample is absorbed.
+    /// Samples where light that leaves to `outgoing` came from (or goes on to: f is reciprocal).
+    /// `None` where the sample is absorbed.
     pub fn sample(&self, normal: DVec3, outgoing: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
         if outgoing.dot(normal) <= 0.0 {
             return None;
@@ -88,7 +91,7 @@ impl Brdf {
         }
     }
 
-    /// Gives the density per steradian with which [`Brdf::sample`] picks `incident`.
+    /// Returns the density per steradian with which [`Brdf::sample`] picks `incident`.
     pub fn density(&self, normal: DVec3, incident: DVec3, outgoing: DVec3) -> f64 {
         match self {
             Self::Lambert { .. } => sampling::cosine_pdf(incident.dot(normal)),
@@ -104,7 +107,8 @@ impl Brdf {
         }
     }
 
-    /// Gives the reflected part, 0 to 1, of the luminance of white light that leaves to `outgoing` (or comes from there).
+    /// Returns the reflected part, 0 to 1, of the luminance of white light that leaves to
+    /// `outgoing` (or comes from there).
     pub fn albedo(&self, normal: DVec3, outgoing: DVec3) -> f64 {
         match self {
             Self::Lambert { reflectance } => reflectance.luminance(),
@@ -114,7 +118,8 @@ impl Brdf {
         }
     }
 
-    /// Gives the part of the light, 0 to below 1 per component, that is reflected into the mirrored direction alone.
+    /// Returns the part of the light, 0 to below 1 per component, that is reflected into the
+    /// mirrored direction alone.
     pub fn mirror(&self) -> Rgb {
         match self {
             Self::Lambert { .. } | Self::Glossy(_) => Rgb::BLACK,
@@ -123,8 +128,9 @@ impl Brdf {
         }
     }
 
-    /// Gives how many times more luminance goes to `outgoing` than a perfect diffuser would send, when light comes from the mirrored direction; not
-    /// below 1. Where it is large, connections to walks vary much.
+    /// Returns how many times more luminance goes to `outgoing` than a perfect diffuser would send,
+    /// when light comes from the mirrored direction; not below 1. Where it is large, connections to
+    /// walks vary much.
     pub fn peak(&self, normal: DVec3, outgoing: DVec3) -> f64 {
         match self {
             Self::Lambert { .. } | Self::Mirror { .. } => 1.0,

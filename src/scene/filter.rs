@@ -1,5 +1,6 @@
-//! Reconstruction filters: how samples about the middle of a pixel weigh in it. All are positive and integrate to 1 over the film, so they can be
-//! sampled in proportion to themselves; every sample then counts alike, and noise stays independent between pixels.
+//! Reconstruction filters: how samples about the middle of a pixel weigh in it. All are positive
+//! and integrate to 1 over the film, so they can be sampled in proportion to themselves; every
+//! sample then counts alike, and noise stays independent between pixels.
 
 use std::f64::consts::TAU;
 
@@ -30,7 +31,7 @@ choice!(Filter, "filter":
 );
 
 impl Filter {
-    /// Gives how far it reaches from the middle of a pixel, pixels, each way.
+    /// Returns how far it reaches from the middle of a pixel, pixels, each way.
     pub const fn radius(self) -> f64 {
         match self {
             Self::Box => 0.5,
@@ -39,7 +40,8 @@ impl Filter {
         }
     }
 
-    /// Picks an offset from the middle of a pixel, pixels, in proportion to the filter, from two uniform numbers.
+    /// Picks an offset from the middle of a pixel, pixels, in proportion to the filter, from two
+    /// uniform numbers.
     pub fn sample(self, [u, v]: [f64; 2]) -> DVec2 {
         match self {
             Self::Box => DVec2::new(u - 0.5, v - 0.5),
@@ -51,7 +53,8 @@ impl Filter {
         }
     }
 
-    /// Gives the filter, 1/pixel^2, at an offset from the middle of a pixel: the density of [`Filter::sample`].
+    /// Returns the filter, 1/pixel^2, at an offset from the middle of a pixel: the density of
+    /// [`Filter::sample`].
     pub fn density(self, offset: DVec2) -> f64 {
         match self {
             // Half open, so that each point of the film belongs to one pixel.
@@ -72,7 +75,7 @@ impl Filter {
     }
 }
 
-/// Gives the part of the whole Gaussian that is within its reach.
+/// Returns the part of the whole Gaussian that is within its reach.
 fn kept() -> f64 {
     -(-0.5 * (REACH / DEVIATION).powi(2)).exp_m1()
 }
@@ -100,7 +103,8 @@ mod tests {
 
     #[test]
     fn filters_are_positive_integrate_to_one_and_splats_to_the_same_everywhere() {
-        // The middle rule on 600 x 600 cells; the cut of the Gaussian, 1 % of its top, is a circle through the cells.
+        // The middle rule on 600 x 600 cells; the cut of the Gaussian, 1 % of its top, is a circle
+        // through the cells.
         let n = 600;
         for (filter, tolerance) in
             [(Filter::Box, 1e-12), (Filter::Tent, 1e-5), (Filter::Gaussian, 1e-4)]
@@ -113,7 +117,8 @@ mod tests {
             let total = values.iter().sum::<f64>() * side * side;
             assert!((total - 1.0).abs() <= tolerance, "{filter:?}: {total}");
         }
-        // Box and tent divide every point of the film wholly among the pixels; the Gaussian ripples by six per cent at most.
+        // Box and tent divide every point of the film wholly among the pixels; the Gaussian ripples
+        // by six per cent at most.
         for (filter, tolerance) in
             [(Filter::Box, 1e-12), (Filter::Tent, 1e-12), (Filter::Gaussian, 0.06)]
         {
@@ -128,7 +133,8 @@ mod tests {
 
     #[test]
     fn samples_follow_the_density() {
-        // Moments of the filter from samples on a 400 x 400 grid of the unit square, against moments by the middle rule over the density.
+        // Moments of the filter from samples on a 400 x 400 grid of the unit square, against
+        // moments by the middle rule over the density.
         let n = 400;
         let steps = || (0..n).map(|i| (f64::from(i) + 0.5) / f64::from(n));
         for filter in Filter::ALL {

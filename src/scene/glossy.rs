@@ -1,10 +1,13 @@
 //! Glossy reflection: GGX microfacets, and a base that reflects what they leave.
 //!
-//! f = F D G2 / (4 cos_i cos_o) + base t(cos_i) t(cos_o) / (pi mean t). The first term is single reflection from microfacets of the GGX
-//! distribution with the height-correlated masking of Smith (Heitz, "Understanding the Masking-Shadowing Function", JCGT 3(2), 2014), sampled by visible normals (Dupuy
-//! and Benyoub 2023). It reflects less than it receives; t(cos) is what it leaves. For a metal that is light reflected among the facets again, which
-//! the second term gives back (Kulla and Conty 2017); under a clear coat it is light that enters, which a diffuse base reflects (Kelemen and Szirmay-Kalos 2001).
-//! Both terms are symmetric in the two directions, and together they reflect at most all: where nothing is absorbed, all.
+//! f = F D G2 / (4 cos_i cos_o) + base t(cos_i) t(cos_o) / (pi mean t). The first term is single
+//! reflection from microfacets of the GGX distribution with the height-correlated masking of Smith
+//! (Heitz, "Understanding the Masking-Shadowing Function", JCGT 3(2), 2014), sampled by visible
+//! normals (Dupuy and Benyoub 2023). It reflects less than it receives; t(cos) is what it leaves.
+//! For a metal that is light reflected among the facets again, which the second term gives back
+//! (Kulla and Conty 2017); under a clear coat it is light that enters, which a diffuse base
+//! reflects (Kelemen and Szirmay-Kalos 2001). Both terms are symmetric in the two directions, and
+//! together they reflect at most all: where nothing is absorbed, all.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,7 +19,8 @@ use crate::{Error, Result};
 
 use super::material::check_reflectance;
 
-/// A glossy surface, in local coordinates: z is the normal, directions point away from the surface and have z > 0.
+/// A glossy surface, in local coordinates: z is the normal, directions point away from the surface
+/// and have z > 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Glossy {
     fresnel: Fresnel,
@@ -27,7 +31,8 @@ pub struct Glossy {
     lobe: ByCosine,
 }
 
-/// What lies below the microfacets: it reflects with f = reflectance t(cos_i) t(cos_o) / (pi mean t).
+/// What lies below the microfacets: it reflects with f = reflectance t(cos_i) t(cos_o) / (pi mean
+/// t).
 #[derive(Debug, Clone, PartialEq)]
 struct Base {
     /// The part of what it is left that it reflects, below 1.
@@ -48,22 +53,25 @@ enum Fresnel {
 }
 
 /// The smallest roughness: below, a surface is a mirror to the numbers used here.
-pub const SMOOTHEST: f64 = 0.01;
+pub const MIN_ROUGHNESS: f64 = 0.01;
 
 impl Glossy {
     /// Makes a metal of a reflectance at normal incidence and a roughness.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when a component of the reflectance is outside [0, 1) or the roughness outside [[`SMOOTHEST`], 1].
+    /// [`Error::Parameter`] when a component of the reflectance is outside [0, 1) or the roughness
+    /// outside [[`MIN_ROUGHNESS`], 1].
     pub fn metal(reflectance: Rgb, roughness: f64) -> Result<Self> {
         check_reflectance(reflectance)?;
         Ok(Self::of_metal(reflectance, checked_alpha(roughness)?))
     }
 
-    /// Makes a diffuse base of a reflectance under a clear coat of a relative index of refraction and a roughness.
+    /// Makes a diffuse base of a reflectance under a clear coat of a relative index of refraction
+    /// and a roughness.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when a component of the reflectance is outside [0, 1), the index outside (1, 4] or the roughness outside [[`SMOOTHEST`], 1].
+    /// [`Error::Parameter`] when a component of the reflectance is outside [0, 1), the index
+    /// outside (1, 4] or the roughness outside [[`MIN_ROUGHNESS`], 1].
     pub fn coated(reflectance: Rgb, index: f64, roughness: f64) -> Result<Self> {
         check_reflectance(reflectance)?;
         if !(index > 1.0 && index <= 4.0) {
@@ -83,7 +91,8 @@ impl Glossy {
         let lobe = ByCosine::tabulate(alpha, |cos| reflected(fresnel, alpha, cos));
         let all =
             ByCosine::tabulate(alpha, |cos| reflected(Fresnel::Metal(Rgb::WHITE), alpha, cos));
-        // What is reflected again and again: the mean Fresnel factor once more each time (Fdez-Aguera 2019).
+        // What is reflected again and again: the mean Fresnel factor once more each time
+        // (Fdez-Aguera 2019).
         let again = |left: f64, f0: f64| {
             let f = f0 + (1.0 - f0) / 21.0;
             f * f * (1.0 - left) / (1.0 - f * left)
@@ -102,7 +111,8 @@ impl Glossy {
         lobe + self.base.eval(i, o)
     }
 
-    /// Samples the direction light came from; `None` where the sampled facet sends it below the surface.
+    /// Samples the direction light came from; `None` where the sampled facet sends it below the
+    /// surface.
     pub(super) fn sample(&self, outgoing: DVec3, [u, v]: [f64; 2]) -> Option<DVec3> {
         let share = self.lobe_share(outgoing.z);
         let incident = if u < share {
@@ -114,7 +124,7 @@ impl Glossy {
         (incident.z > 0.0).then_some(incident)
     }
 
-    /// Gives the density per steradian of [`Glossy::sample`].
+    /// Returns the density per steradian of [`Glossy::sample`].
     pub(super) fn density(&self, incident: DVec3, outgoing: DVec3) -> f64 {
         let half = (incident + outgoing).normalize_or_zero();
         // G1 D / (4 cos_o), the density of the reflection about a visible normal.
@@ -124,12 +134,13 @@ impl Glossy {
         share * visible + (1.0 - share) * self.base.density(incident.z)
     }
 
-    /// Gives the reflected part of the luminance of white light that leaves at this cosine to the normal.
+    /// Returns the reflected part of the luminance of white light that leaves at this cosine to the
+    /// normal.
     pub(super) fn albedo(&self, cos: f64) -> f64 {
         self.lobe.at(cos) + self.base.albedo(cos)
     }
 
-    /// Gives the part of the samples that the microfacets take.
+    /// Returns the part of the samples that the microfacets take.
     fn lobe_share(&self, cos: f64) -> f64 {
         let lobe = self.lobe.at(cos);
         let all = lobe + self.base.albedo(cos);
@@ -138,7 +149,8 @@ impl Glossy {
 }
 
 impl Base {
-    /// Puts a base below microfacets that reflect `lobe`; its reflectance may depend on the mean of what they leave.
+    /// Puts a base below microfacets that reflect `lobe`; its reflectance may depend on the mean of
+    /// what they leave.
     fn below(lobe: &ByCosine, reflectance: impl Fn(f64) -> Rgb) -> Self {
         // Never nothing, which could not be divided by.
         let left = lobe.values.iter().map(|f| (1.0 - f).max(1e-9)).collect();
@@ -204,20 +216,23 @@ impl Fresnel {
 }
 
 fn checked_alpha(roughness: f64) -> Result<f64> {
-    if (SMOOTHEST..=1.0).contains(&roughness) {
+    if (MIN_ROUGHNESS..=1.0).contains(&roughness) {
         return Ok(roughness * roughness);
     }
-    Err(Error::Parameter(format!("a roughness must be from {SMOOTHEST} to 1, found {roughness}")))
+    Err(Error::Parameter(format!(
+        "a roughness must be from {MIN_ROUGHNESS} to 1, found {roughness}"
+    )))
 }
 
-/// Gives the density D of microfacet normals at a unit vector, 1/sr.
+/// Returns the density D of microfacet normals at a unit vector, 1/sr.
 fn distribution(half: DVec3, alpha: f64) -> f64 {
     // 1 - z^2 as x^2 + y^2 keeps its digits for the smoothest surfaces.
     let base = alpha * alpha * half.z * half.z + half.x * half.x + half.y * half.y;
     alpha * alpha / (PI * base * base)
 }
 
-/// Gives sqrt(alpha^2 + (1 - alpha^2) cos^2), of which Smith's masking is made: G1 = 2 cos / (cos + slope).
+/// Returns sqrt(alpha^2 + (1 - alpha^2) cos^2), of which Smith's masking is made: G1 = 2 cos /
+/// (cos + slope).
 fn slope(cos: f64, alpha: f64) -> f64 {
     (alpha * alpha + (1.0 - alpha * alpha) * cos * cos).sqrt()
 }
@@ -232,7 +247,8 @@ fn visible_normal(outgoing: DVec3, alpha: f64, [u, v]: [f64; 2]) -> DVec3 {
     DVec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0)).normalize_or(DVec3::Z)
 }
 
-/// Integrates what the microfacets reflect of the luminance that leaves at a cosine: the mean of F G2 / G1 over visible normals.
+/// Integrates what the microfacets reflect of the luminance that leaves at a cosine: the mean of F
+/// G2 / G1 over visible normals.
 fn reflected(fresnel: Fresnel, alpha: f64, cos: f64) -> f64 {
     let outgoing = DVec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
     let heights = Rule::gauss_legendre(NODES_PER_AXIS).on(0.0, 1.0);
@@ -256,13 +272,14 @@ fn reflected(fresnel: Fresnel, alpha: f64, cos: f64) -> f64 {
     sum
 }
 
-/// Quadrature nodes for each of the two axes, and cells of a table: what is reflected is good to 4e-4; facets that reflect below the
-/// horizon end the smoothness of the integrand.
+/// Quadrature nodes for each of the two axes, and cells of a table: what is reflected is good to
+/// 4e-4; facets that reflect below the horizon end the smoothness of the integrand.
 const NODES_PER_AXIS: usize = 48;
 const CELLS: usize = 128;
 
-/// A function of the cosine, linear between tabulated values in the mean x of cos and (1 + alpha) cos / (alpha + cos): it changes where the cosine is some
-/// alpha by masking, and everywhere by Fresnel's law.
+/// A function of the cosine, linear between tabulated values in the mean x of cos and (1 + alpha)
+/// cos / (alpha + cos): it changes where the cosine is some alpha by masking, and everywhere by
+/// Fresnel's law.
 #[derive(Debug, Clone, PartialEq)]
 struct ByCosine {
     alpha: f64,
@@ -282,12 +299,12 @@ impl ByCosine {
         if b > 0.0 { 4.0 * alpha * x / (b + root) } else { 0.5 * (root - b) }
     }
 
-    /// Gives the ends of a cell.
+    /// Returns the ends of a cell.
     fn cell(&self, cell: usize) -> [f64; 2] {
         [cell, cell + 1].map(|i| Self::cos(self.alpha, i as f64 / CELLS as f64))
     }
 
-    /// Gives the cell of a cosine and the place in it, 0 to 1.
+    /// Returns the cell of a cosine and the place in it, 0 to 1.
     fn place(&self, cos: f64) -> (usize, f64) {
         let cos = cos.clamp(0.0, 1.0);
         let x = 0.5 * (cos + (1.0 + self.alpha) * cos / (self.alpha + cos)) * CELLS as f64;
@@ -352,7 +369,8 @@ mod tests {
 
     #[test]
     fn samples_have_the_density_they_are_weighted_with() {
-        // The mean of x^2 over samples against its integral with the density, on a grid that sees lobes of this width.
+        // The mean of x^2 over samples against its integral with the density, on a grid that sees
+        // lobes of this width.
         for surface in surfaces().into_iter().filter(|s| s.alpha >= 0.09) {
             for cos in [0.15, 0.5, 0.95] {
                 let outgoing = direction(cos, 0.7);
@@ -386,7 +404,7 @@ mod tests {
     #[test]
     fn what_absorbs_nothing_reflects_all() {
         let white = Rgb::grey(1.0 - 1e-12);
-        for roughness in [SMOOTHEST, 0.1, 0.4, 0.7, 1.0] {
+        for roughness in [MIN_ROUGHNESS, 0.1, 0.4, 0.7, 1.0] {
             for surface in [Glossy::metal(white, roughness), Glossy::coated(white, 1.5, roughness)]
             {
                 let surface = surface.expect("valid");

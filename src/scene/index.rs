@@ -1,4 +1,5 @@
-//! Which objects a ray is put to: all of them while they are few, those whose boxes it meets when they are many.
+//! Which objects a ray is put to: all of them while they are few, those whose boxes it meets when
+//! they are many.
 //!
 //! The answer is the same either way: the object whose hit is nearest. Surfaces that lie in one
 //! place, as far as rounding can tell, are ordered by what is meant: one that shines at the ray
@@ -14,18 +15,21 @@ use crate::surface::{Bvh, END_ROUNDING, Hit};
 
 use super::Object;
 
-/// The most objects that are asked one by one. Walking the tree costs what it costs to miss about a dozen spheres, or three bodies that
-/// are dearer to miss; below this number the difference is some ten nanoseconds a ray either way, and batches go by the list.
+/// The most objects that are asked one by one. Walking the tree costs what it costs to miss about a
+/// dozen spheres, or three bodies that are dearer to miss; below this number the difference is some
+/// ten nanoseconds a ray either way, and batches go by the list.
 const FEW: usize = 8;
 /// The largest coordinate, metres, that the tree takes.
 const LARGEST: f64 = 1e150;
-/// How many rays of a batch are put to an object at a time: enough to feed a batched surface, little enough for the stack.
+/// How many rays of a batch are put to an object at a time: enough to feed a batched surface,
+/// little enough for the stack.
 const BATCH: usize = 64;
 
 /// Finds the objects that a ray may meet.
 #[derive(Debug, Clone)]
 pub(super) struct Index {
-    /// The objects that every ray is put to, ascending: all while they are few, else the infinite ones and those around all others. Rectangles are apart.
+    /// The objects that every ray is put to, ascending: all while they are few, else the infinite
+    /// ones and those around all others. Rectangles are apart.
     everywhere: Vec<usize>,
     /// Those of them that are rectangles, and what tells which of these a ray meets.
     flat: Vec<usize>,
@@ -111,8 +115,8 @@ impl Index {
         self.search(objects, ray, first)
     }
 
-    /// Finds the first object along every ray of a batch. What is everywhere is asked by batches; the tree gives each ray objects
-    /// of its own.
+    /// Finds the first object along every ray of a batch. What is everywhere is asked by batches;
+    /// the tree gives each ray objects of its own.
     pub(super) fn hits(
         &self,
         objects: &[Object],
@@ -149,7 +153,7 @@ impl Index {
         }
     }
 
-    /// Tells whether a ray meets anything.
+    /// Whether a ray meets anything.
     pub(super) fn blocked(&self, objects: &[Object], ray: &Ray) -> bool {
         let mut met = [0];
         self.rectangles.met(std::slice::from_ref(ray), &mut met);
@@ -221,7 +225,7 @@ impl Index {
     }
 }
 
-/// Tells whether a box is one of those the tree can hold.
+/// Whether a box is one of those the tree can hold.
 fn is_local(bounds: &Aabb) -> bool {
     let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
     !bounds.is_empty() && largest <= LARGEST
@@ -369,7 +373,8 @@ mod tests {
         reach * (2.0 * DVec3::new(x, y, z) - 1.0)
     }
 
-    /// Balls, boxes and bodies of all sizes in a room, with two planes; some twice, so that there are equals.
+    /// Balls, boxes and bodies of all sizes in a room, with two planes; some twice, so that there
+    /// are equals.
     fn crowd(stream: &mut Stream, count: usize) -> Vec<Object> {
         let body = body();
         let mut objects = vec![
@@ -463,7 +468,8 @@ mod tests {
 
     #[test]
     fn first_of_equals_is_the_first_in_the_list() {
-        // Faces of boxes in one plane, a plane there too, and one ball many times over: met at exactly equal distances.
+        // Faces of boxes in one plane, a plane there too, and one ball many times over: met at
+        // exactly equal distances.
         let mut objects: Vec<Object> = (0..12)
             .map(|i| {
                 object(cube(DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, f64::from(i + 1))))

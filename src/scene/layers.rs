@@ -1,5 +1,5 @@
-//! What a camera sees of the shapes alone: normal, depth, object and albedo of the first surface, mirrors included. No light is needed and nothing
-//! is random: equal scenes give equal layers.
+//! What a camera sees of the shapes alone: normal, depth, object and albedo of the first surface,
+//! mirrors included. No light is needed and nothing is random: equal scenes give equal layers.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -12,7 +12,8 @@ use super::{Brdf, Camera, Filter, Scene, Vertex};
 /// Names a layer of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layer {
-    /// Light that met no other surface on its way from its source to the one that is seen, and what that emits itself.
+    /// Light that met no other surface on its way from its source to the one that is seen, and what
+    /// that emits itself.
     Direct,
     /// All other light.
     Indirect,
@@ -35,10 +36,12 @@ choice!(Layer, "layer":
     Albedo = "albedo" "",
 );
 
-/// Positions under the filter at which a pixel takes normal and albedo: a lattice of the unit square, the same for every pixel.
+/// Positions under the filter at which a pixel takes normal and albedo: a lattice of the unit
+/// square, the same for every pixel.
 const SAMPLES: usize = 4;
 
-/// Computes layers of the window of a camera, row by row from the top left, from the first hits of its rays.
+/// Computes layers of the window of a camera, row by row from the top left, from the first hits of
+/// its rays.
 #[derive(Clone, Copy)]
 pub struct FirstHits<'a> {
     /// What is seen.
@@ -50,23 +53,26 @@ pub struct FirstHits<'a> {
 }
 
 impl FirstHits<'_> {
-    /// Gives the distance from the eye, metres, along the ray through the middle of each pixel; infinite where nothing is seen.
+    /// Returns the distance from the eye, metres, along the ray through the middle of each pixel;
+    /// infinite where nothing is seen.
     pub fn depth(&self) -> Vec<f32> {
         self.middles(|_, hit| hit.distance as f32, f32::INFINITY)
     }
 
-    /// Gives the number of the object, from 1 in the order of the scene, at the middle of each pixel; 0 where nothing is seen.
+    /// Returns the number of the object, from 1 in the order of the scene, at the middle of each
+    /// pixel; 0 where nothing is seen.
     pub fn id(&self) -> Vec<f32> {
         self.middles(|object, _| (object + 1) as f32, 0.0)
     }
 
-    /// Gives the shading normals in the axes of the room, turned to the eye, averaged under the filter: shorter than 1 at edges, 0 where nothing is
-    /// seen.
+    /// Returns the shading normals in the axes of the room, turned to the eye, averaged under the
+    /// filter: shorter than 1 at edges, 0 where nothing is seen.
     pub fn normal(&self) -> [Vec<f32>; 3] {
         self.averaged(|vertex| vertex.normal.to_array())
     }
 
-    /// Gives the part of light that the surface reflects towards the eye, averaged under the filter; 0 where nothing is seen.
+    /// Returns the part of light that the surface reflects towards the eye, averaged under the
+    /// filter; 0 where nothing is seen.
     pub fn albedo(&self) -> [Vec<f32>; 3] {
         self.averaged(|vertex| reflected(vertex).0)
     }
@@ -98,7 +104,7 @@ impl FirstHits<'_> {
         std::array::from_fn(|k| values.iter().map(|v| v[k]).collect())
     }
 
-    /// Gives the upper left corners of the pixels, row by row.
+    /// Returns the upper left corners of the pixels, row by row.
     fn corners(&self) -> Vec<impl Iterator<Item = DVec2> + use<>> {
         let window = self.camera.window();
         let ([x0, y0], [x1, y1]) = (window.min(), window.max());
@@ -107,8 +113,9 @@ impl FirstHits<'_> {
     }
 }
 
-/// Gives the reflected part of white light, in its colours: of a diffuse surface its reflectance; of others what they mirror, and of the rest the mean
-/// over a few directions, with the exact luminance.
+/// Returns the reflected part of white light, in its colours: of a diffuse surface its reflectance;
+/// of others what they mirror, and of the rest the mean over a few directions, with the exact
+/// luminance.
 fn reflected(vertex: &Vertex) -> Rgb {
     let brdf = vertex.brdf();
     if let Brdf::Lambert { reflectance } = brdf {
@@ -123,7 +130,8 @@ fn reflected(vertex: &Vertex) -> Rgb {
     brdf.mirror() + rest
 }
 
-/// Gives the k-th point of the plastic lattice of the unit square: any few of them are spread evenly.
+/// Returns the k-th point of the plastic lattice of the unit square: any few of them are spread
+/// evenly.
 fn lattice(k: usize) -> [f64; 2] {
     [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step| (step * k as f64).fract())
 }
@@ -134,7 +142,8 @@ mod tests {
     use crate::scene::{FisheyeMapping, Glossy, Material, Object, Window};
     use crate::surface::primitives::{AxisBox, Rectangle};
 
-    /// A green wall 4 m before the eye at x = 0 .. 3 and z = 0 .. 3, a metal box before its lower left corner, and nothing elsewhere.
+    /// A green wall 4 m before the eye at x = 0 .. 3 and z = 0 .. 3, a metal box before its lower
+    /// left corner, and nothing elsewhere.
     fn scene() -> Scene {
         let green = Material::lambert(Rgb([0.2, 0.6, 0.1])).expect("valid");
         let metal = Glossy::metal(Rgb([0.9, 0.6, 0.3]), 0.4).expect("valid");
@@ -170,7 +179,8 @@ mod tests {
         }
         assert_eq!([r[at(4, 4)], g[at(4, 4)], b[at(4, 4)]], [0.2, 0.6, 0.1]);
         assert_eq!([r[0], g[0], b[0]], [0.0; 3]);
-        // A metal has its own colour; between the facets some of the red and more of the blue is lost or scattered.
+        // A metal has its own colour; between the facets some of the red and more of the blue is
+        // lost or scattered.
         let metal = [r, g, b].map(|c| f64::from(c[at(0, 7)]));
         assert!(metal[0] > metal[1] && metal[1] > metal[2], "{metal:?}");
         let luminance = Rgb(metal).luminance();

@@ -30,7 +30,8 @@ pub enum Distribution {
         /// The unit vector to which it shines most.
         axis: DVec3,
     },
-    /// I0 within the inner cone, 0 outside the outer one, between them a smooth step 3 t^2 - 2 t^3 of the cosine.
+    /// I0 within the inner cone, 0 outside the outer one, between them a smooth step 3 t^2 - 2 t^3
+    /// of the cosine.
     Spot {
         /// The unit vector along the middle of the cones.
         axis: DVec3,
@@ -47,12 +48,12 @@ impl PointLight {
         Self { name: name.to_owned(), at, intensity, distribution: Distribution::Isotropic }
     }
 
-    /// Gives the intensity, cd, towards the unit vector `direction`.
+    /// Returns the intensity, cd, towards the unit vector `direction`.
     pub fn towards(&self, direction: DVec3) -> Rgb {
         self.intensity * self.distribution.relative(direction)
     }
 
-    /// Gives the total flux, lm.
+    /// Returns the total flux, lm.
     pub fn flux(&self) -> Rgb {
         self.intensity * self.distribution.integral()
     }
@@ -65,7 +66,7 @@ impl PointLight {
 }
 
 impl Distribution {
-    /// Gives the intensity towards a unit vector, relative to the largest: 0 to 1.
+    /// Returns the intensity towards a unit vector, relative to the largest: 0 to 1.
     pub fn relative(&self, direction: DVec3) -> f64 {
         match *self {
             Self::Isotropic => 1.0,
@@ -84,7 +85,8 @@ impl Distribution {
         }
     }
 
-    /// Gives the integral of [`Distribution::relative`] over all directions, sr: the flux over the largest intensity.
+    /// Returns the integral of [`Distribution::relative`] over all directions, sr: the flux over
+    /// the largest intensity.
     pub fn integral(&self) -> f64 {
         match *self {
             Self::Isotropic => 4.0 * PI,
@@ -132,7 +134,8 @@ mod tests {
     #[test]
     fn integral_is_that_of_the_relative_intensity_and_of_the_samples() {
         for light in distributions() {
-            // The midpoint rule in cosine and azimuth; a jump costs half a cell of 1/1000 of the sphere's height.
+            // The midpoint rule in cosine and azimuth; a jump costs half a cell of 1/1000 of the
+            // sphere's height.
             let (n, mut sum) = (1000, 0.0);
             for i in 0..n * n {
                 let u = [i / n, i % n].map(|k| (f64::from(k) + 0.5) / f64::from(n));
@@ -152,7 +155,8 @@ mod tests {
 
     #[test]
     fn samples_have_the_density_they_are_weighted_with() {
-        // E over samples of weight g(direction) must be the integral of relative g, here for g = x^2.
+        // E over samples of weight g(direction) must be the integral of relative g, here for g =
+        // x^2.
         for light in distributions() {
             let (n, mut by_samples, mut by_sphere) = (1000, 0.0, 0.0);
             for i in 0..n * n {

@@ -14,7 +14,8 @@ use super::mixture::Mixture;
 pub struct Material {
     /// The bidirectional reflectance distribution function, the same on both sides.
     pub brdf: Brdf,
-    /// The exitance of the surface by itself, lm/m2, leaving on the side of the normal; its luminance is exitance / pi.
+    /// The exitance of the surface by itself, lm/m2, leaving on the side of the normal; its
+    /// luminance is exitance / pi.
     pub exitance: Rgb,
 }
 
@@ -42,7 +43,8 @@ impl Material {
         Ok(Self { brdf: Brdf::Mirror { reflectance }, exitance: Rgb::BLACK })
     }
 
-    /// Mixes materials, each by its share of the area: reflection and exitance are the weighted sums.
+    /// Mixes materials, each by its share of the area: reflection and exitance are the weighted
+    /// sums.
     ///
     /// # Errors
     /// [`Error::Parameter`] when a share is not above 0, or the shares do not add up to 1.
@@ -60,13 +62,14 @@ impl Material {
     }
 }
 
-/// Refuses what reflects less than nothing or all.
+/// Rejects reflectances outside [0, 1).
 pub(super) fn check_reflectance(reflectance: Rgb) -> Result<()> {
     if reflectance.0.iter().all(|r| (0.0..1.0).contains(r)) {
         return Ok(());
     }
     Err(Error::Parameter(format!(
-        "a reflectance must be at least 0 and below 1, found {:?}; with 1 light would never be absorbed",
+        "a reflectance must be at least 0 and below 1, found {:?}; with 1 light would never be \
+         absorbed",
         reflectance.0
     )))
 }

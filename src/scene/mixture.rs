@@ -1,7 +1,8 @@
-//! Mixtures of reflections side by side, finer than the eye sees: f = sum of shares times f of the parts.
+//! Mixtures of reflections side by side, finer than the eye sees: f = sum of shares times f of the
+//! parts.
 //!
-//! Diffuse parts add up to one diffuse part and mirrors to one mirror, so that a mixture of mixtures is again a list of a diffuse part, glossy parts and
-//! a mirror.
+//! Diffuse parts add up to one diffuse part and mirrors to one mirror, so that a mixture of
+//! mixtures is again a list of a diffuse part, glossy parts and a mirror.
 
 use std::sync::Arc;
 
@@ -18,7 +19,8 @@ const ROUNDING: f64 = 1e-9;
 /// A weighted sum of reflections.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mixture {
-    /// Shares and reflections of the parts with a density: at most one diffuse, then the glossy ones.
+    /// Shares and reflections of the parts with a density: at most one diffuse, then the glossy
+    /// ones.
     parts: Vec<(f64, Brdf)>,
     /// What is reflected as by a mirror.
     mirror: Rgb,
@@ -60,7 +62,7 @@ impl Mixture {
         }
     }
 
-    /// Gives the plainest reflection that is the same.
+    /// Returns the plainest reflection that is the same.
     pub(super) fn simplified(self) -> Brdf {
         match (self.parts.as_slice(), self.mirror.is_black()) {
             ([], true) => Brdf::Lambert { reflectance: Rgb::BLACK },
@@ -70,7 +72,7 @@ impl Mixture {
         }
     }
 
-    /// Gives what is reflected into the mirrored direction alone.
+    /// Returns what is reflected into the mirrored direction alone.
     pub(super) fn mirror(&self) -> Rgb {
         self.mirror
     }
@@ -129,7 +131,8 @@ mod tests {
         Brdf::Glossy(Arc::new(surface.expect("valid")))
     }
 
-    /// A mixture that holds a mixture: half diffuse, a quarter metal, an eighth each of varnish and mirror.
+    /// A mixture that holds a mixture: half diffuse, a quarter metal, an eighth each of varnish and
+    /// mirror.
     fn mixture() -> Mixture {
         let diffuse = Brdf::Lambert { reflectance: Rgb([0.2, 0.4, 0.6]) };
         let metal = glossy(Glossy::metal(Rgb([0.9, 0.7, 0.4]), 0.5));

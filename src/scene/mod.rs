@@ -16,10 +16,10 @@ mod world;
 
 pub use brdf::{Brdf, BrdfSample};
 pub use camera::{Camera, FisheyeMapping, Projection, Window};
-pub(crate) use film::LONGEST;
-pub use film::{DARKEST, Film, Light, MAX_PIXELS};
+pub(crate) use film::MAX_STRIDE_LOG2;
+pub use film::{Film, MAX_PIXELS, MIN_RELATIVE_LUMINANCE, SplitLight};
 pub use filter::Filter;
-pub use glossy::{Glossy, SMOOTHEST};
+pub use glossy::{Glossy, MIN_ROUGHNESS};
 pub use layers::{FirstHits, Layer};
 pub use light::{Distribution, PointLight};
 pub use material::Material;

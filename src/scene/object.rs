@@ -31,13 +31,13 @@ impl Object {
         }
     }
 
-    /// Gives the material at a hit.
+    /// Returns the material at a hit.
     pub fn material(&self, hit: &Hit) -> &Material {
         let part = (hit.part as usize).min(self.materials.len() - 1);
         &self.materials[part]
     }
 
-    /// Tells whether any of its materials emits.
+    /// Whether any of its materials emits.
     pub fn emits(&self) -> bool {
         self.materials.iter().any(|m| !m.exitance.is_black())
     }

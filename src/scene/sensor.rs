@@ -14,8 +14,8 @@ pub struct Sensor {
     pub normal: DVec3,
     /// What is lit there.
     pub measure: Measure,
-    /// An absolute bound, metres, on the distance between the position and the surface it is meant to be on; 0 where the position is exact to a few
-    /// roundings, as one that was written is.
+    /// An absolute bound, metres, on the distance between the position and the surface it is meant
+    /// to be on; 0 where the position is exact to a few roundings, as one that was written is.
     pub error: f64,
 }
 
@@ -27,7 +27,8 @@ pub enum Measure {
     Plane,
     /// The side of a small cylinder, in the mean: W = sin / pi of the angle to its axis.
     Cylinder,
-    /// The side of half a cylinder, in the mean: W = (1 + cos phi) sin / pi, phi the azimuth from where it faces.
+    /// The side of half a cylinder, in the mean: W = (1 + cos phi) sin / pi, phi the azimuth from
+    /// where it faces.
     SemiCylinder {
         /// Where it faces: a unit vector perpendicular to the axis.
         facing: DVec3,
@@ -40,7 +41,8 @@ impl Sensor {
         Self { at, normal, measure: Measure::Plane, error: 0.0 }
     }
 
-    /// Measures at a point of a surface, on the side its geometric normal points to; it is as exact as the hit.
+    /// Measures at a point of a surface, on the side its geometric normal points to; it is as exact
+    /// as the hit.
     pub const fn on(hit: &Hit, measure: Measure) -> Self {
         Self { at: hit.point, normal: hit.normal, measure, error: hit.error }
     }
@@ -68,7 +70,7 @@ pub struct Measured {
     /// The part that comes straight from lights and emitting surfaces.
     pub direct: Estimate,
     /// Samples that were not finite; counted, never averaged in.
-    pub spoilt: u64,
+    pub non_finite: u64,
 }
 
 impl Measured {
@@ -76,7 +78,7 @@ impl Measured {
     pub const UNKNOWN: Self = Self {
         total: Estimate::without_error(f64::NAN),
         direct: Estimate::without_error(f64::NAN),
-        spoilt: 0,
+        non_finite: 0,
     };
 }
 

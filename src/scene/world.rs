@@ -25,7 +25,8 @@ pub struct Scene {
     mirrors: bool,
 }
 
-/// Describes a point of the scene where a path turns: the refined hit, whose it is, and the side it is seen from.
+/// Describes a point of the scene where a path turns: the refined hit, whose it is, and the side it
+/// is seen from.
 #[derive(Debug, Clone, Copy)]
 pub struct Vertex<'a> {
     /// The refined hit.
@@ -41,7 +42,7 @@ pub struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
-    /// Gives the luminance, cd/m2, that the surface itself emits towards `outgoing`.
+    /// Returns the luminance, cd/m2, that the surface itself emits towards `outgoing`.
     pub fn emitted(&self) -> Rgb {
         if self.hit.normal.dot(self.outgoing) > 0.0 {
             self.material.exitance / PI
@@ -50,18 +51,18 @@ impl Vertex<'_> {
         }
     }
 
-    /// Tells whether its place and its normal are numbers; light has no meaning at another.
+    /// Whether its place and its normal are numbers; light has no meaning at another.
     pub fn is_sound(&self) -> bool {
         self.hit.point.is_finite() && self.normal.is_finite()
     }
 
-    /// Gives the reflection there.
+    /// Returns the reflection there.
     pub fn brdf(&self) -> &Brdf {
         &self.material.brdf
     }
 
-    /// Gives the unit direction that a mirror here shows to `outgoing`, and how much of its light: `None` where nothing is mirrored, or from below the
-    /// true surface.
+    /// Returns the unit direction that a mirror here shows to `outgoing`, and how much of its
+    /// light: `None` where nothing is mirrored, or from below the true surface.
     pub fn mirrored(&self) -> Option<(DVec3, Rgb)> {
         let reflectance = self.material.brdf.mirror();
         if reflectance.is_black() {
@@ -103,7 +104,8 @@ impl Vertex<'_> {
         self.hit.shading_normal == self.hit.normal
     }
 
-    /// Gives the part of the luminance of white light, 0 to 1, that is reflected there towards `outgoing`, but for what is mirrored.
+    /// Returns the part of the luminance of white light, 0 to 1, that is reflected there towards
+    /// `outgoing`, but for what is mirrored.
     pub fn albedo(&self) -> f64 {
         self.material.brdf.albedo(self.normal, self.outgoing)
     }
@@ -113,7 +115,8 @@ impl Scene {
     /// Puts a scene together.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when an object has no material or one that emits cannot be sampled by area (an infinite plane).
+    /// [`Error::Parameter`] when an object has no material or one that emits cannot be sampled by
+    /// area (an infinite plane).
     pub fn new(objects: Vec<Object>, lights: Vec<PointLight>) -> Result<Self> {
         let mut emitters = Vec::new();
         for (index, object) in objects.iter().enumerate() {
@@ -134,32 +137,32 @@ impl Scene {
         Ok(Self { objects, index, lights, emitters, beside, area, diffuse, mirrors })
     }
 
-    /// Gives the objects in the order of the scene file.
+    /// Returns the objects in the order of the scene file.
     pub fn objects(&self) -> &[Object] {
         &self.objects
     }
 
-    /// Gives the point lights.
+    /// Returns the point lights.
     pub fn lights(&self) -> &[PointLight] {
         &self.lights
     }
 
-    /// Gives the objects that emit.
+    /// Returns the objects that emit.
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
     }
 
-    /// Tells whether all surfaces reflect diffusely.
+    /// Whether all surfaces reflect diffusely.
     pub fn is_diffuse(&self) -> bool {
         self.diffuse
     }
 
-    /// Tells whether any surface is a mirror, or in part one.
+    /// Whether any surface is a mirror, or in part one.
     pub fn has_mirrors(&self) -> bool {
         self.mirrors
     }
 
-    /// Gives the total area of the bounded surfaces, m2.
+    /// Returns the total area of the bounded surfaces, m2.
     pub fn area(&self) -> f64 {
         self.area
     }
@@ -179,7 +182,8 @@ impl Scene {
         self.index.hit(&self.objects, ray)
     }
 
-    /// Answers a batch as [`Scene::hit`] answers one ray: `hits[i]` for `rays[i]`, both of the same length.
+    /// Answers a batch as [`Scene::hit`] answers one ray: `hits[i]` for `rays[i]`, both of the same
+    /// length.
     pub fn hits(&self, rays: &[Ray], hits: &mut [Option<(usize, Hit)>]) {
         self.index.hits(&self.objects, rays, hits);
     }
@@ -265,8 +269,8 @@ impl Scene {
 
     /// Puts a sensor on the surface that it is meant to lie on: the uppermost that is within a
     /// millionth of its object's size above or below it. A sensor that was placed on a surface
-    /// ([`Sensor::on`]) is on it. Of other surfaces that pass through the sensor, as the walls where
-    /// it lies in a corner, it is put on the front.
+    /// ([`Sensor::on`]) is on it. Of other surfaces that pass through the sensor, as the walls
+    /// where it lies in a corner, it is put on the front.
     pub fn settled(&self, sensor: &Sensor) -> Sensor {
         let on = if sensor.error > 0.0 { *sensor } else { self.lowered(sensor) };
         let at = self.before_others(on.at, on.normal);
@@ -333,18 +337,19 @@ impl Scene {
         (ON_SURFACE * self.index.size(object)).max(self.index.coincidence(object, hit))
     }
 
-    /// Tells whether anything stands on the ray.
+    /// Whether anything stands on the ray.
     pub fn blocked(&self, ray: &Ray) -> bool {
         self.index.blocked(&self.objects, ray)
     }
 
-    /// Marks in `blocked`, which has the length of `rays`, the rays on which anything stands; a ray that is marked already is passed
-    /// over.
+    /// Marks in `blocked`, which has the length of `rays`, the rays on which anything stands; a ray
+    /// that is marked already is passed over.
     pub fn mark_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
         self.index.mark_blocked(&self.objects, rays, blocked);
     }
 
-    /// Tells whether two surface points see each other; both ends leave their surfaces by the one self-intersection policy.
+    /// Whether two surface points see each other; both ends leave their surfaces by the one
+    /// self-intersection policy.
     pub fn sees(&self, a: &Hit, b: &Hit, direction: DVec3) -> bool {
         a.segment(b, direction).is_some_and(|ray| !self.blocked(&ray))
     }

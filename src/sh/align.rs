@@ -1,8 +1,8 @@
 //! Alignment of a shape to its principal axes of inertia: longest along x, shortest along z.
 //!
-//! The axes leave four proper rotations (two of three signs are free). Of these the one is taken that makes the sum of the third
-//! moments int (x^3 + y^3 + z^3) dV about the centroid largest: the long tails point to the positive sides. Where that does not
-//! tell, the smallest turn is taken.
+//! The axes leave four proper rotations (two of three signs are free). Of these the one is taken
+//! that makes the sum of the third moments int (x^3 + y^3 + z^3) dV about the centroid largest: the
+//! long tails point to the positive sides. Where that does not tell, the smallest turn is taken.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -14,7 +14,7 @@ use crate::math::Rotation;
 
 /// Says how many axes the inertia fixes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Top {
+pub enum InertiaSymmetry {
     /// Three different moments: three axes.
     Asymmetric,
     /// Two equal moments: the axis of the third is brought to x or z by the smallest turn.
@@ -33,15 +33,18 @@ pub struct Alignment {
     /// The principal moments of inertia about the centroid, unit density, ascending: about x, y, z.
     pub moments: [f64; 3],
     /// How many axes the inertia fixes.
-    pub top: Top,
+    pub top: InertiaSymmetry,
 }
 
-/// Moments that differ by less, relative to the largest, count as equal: rounding moves axes by 1e-14 over this.
+/// Moments that differ by less, relative to the largest, count as equal: rounding moves axes by
+/// 1e-14 over this.
 const EQUAL: f64 = 1e-9;
 
-/// Turns a shape so that its principal axes of inertia lie along x, y, z, the smallest moment (the longest extent) about x.
+/// Turns a shape so that its principal axes of inertia lie along x, y, z, the smallest moment (the
+/// longest extent) about x.
 ///
-/// The turn is about the expansion centre; move that to the centroid first where the shape shall also be centred.
+/// The turn is about the expansion centre; move that to the centroid first where the shape shall
+/// also be centred.
 ///
 /// # Errors
 /// As [`Solid::of`].
@@ -51,10 +54,14 @@ pub fn align(f: &Coefficients) -> Result<Alignment> {
     let [small, middle, large] = principal.moments;
     let equal = |a: f64, b: f64| b - a <= EQUAL * large;
     let (top, turns) = match (equal(small, middle), equal(middle, large)) {
-        (true, true) => (Top::Spherical, vec![DMat3::IDENTITY]),
-        (true, false) => (Top::Symmetric, onto(principal.axes.z_axis, DVec3::Z).to_vec()),
-        (false, true) => (Top::Symmetric, onto(principal.axes.x_axis, DVec3::X).to_vec()),
-        (false, false) => (Top::Asymmetric, signs(principal.axes).to_vec()),
+        (true, true) => (InertiaSymmetry::Spherical, vec![DMat3::IDENTITY]),
+        (true, false) => {
+            (InertiaSymmetry::Symmetric, onto(principal.axes.z_axis, DVec3::Z).to_vec())
+        }
+        (false, true) => {
+            (InertiaSymmetry::Symmetric, onto(principal.axes.x_axis, DVec3::X).to_vec())
+        }
+        (false, false) => (InertiaSymmetry::Asymmetric, signs(principal.axes).to_vec()),
     };
     let turns: Vec<Rotation> =
         turns.into_iter().map(Rotation::from_matrix).collect::<Result<_>>()?;
@@ -74,7 +81,8 @@ fn onto(axis: DVec3, target: DVec3) -> [DMat3; 2] {
     [axis, -axis].map(|from| DMat3::from_quat(DQuat::from_rotation_arc(from, target)))
 }
 
-/// Chooses the rotation of the largest third moments; among those that agree to rounding the smallest.
+/// Chooses the rotation of the largest third moments; among those that agree to rounding the
+/// smallest.
 fn preferred(f: &Coefficients, solid: &Solid, turns: &[Rotation]) -> Result<Rotation> {
     let axes: Vec<DVec3> =
         turns.iter().flat_map(|t| [0, 1, 2].map(|i| t.matrix().row(i))).collect();
@@ -86,9 +94,11 @@ fn preferred(f: &Coefficients, solid: &Solid, turns: &[Rotation]) -> Result<Rota
     Ok(smallest.copied().unwrap_or(Rotation::IDENTITY))
 }
 
-/// Integrates ((x - c) . e)^3 over the body for each unit vector e, exactly; also gives the integral of |f|^6 / 6 to compare with.
+/// Integrates ((x - c) . e)^3 over the body for each unit vector e, exactly; also gives the
+/// integral of |f|^6 / 6 to compare with.
 ///
-/// With t = omega . e and d = c . e the integral along a radius is f^6 t^3 / 6 - 3 d f^5 t^2 / 5 + 3 d^2 f^4 t / 4 - d^3 f^3 / 3.
+/// With t = omega . e and d = c . e the integral along a radius is f^6 t^3 / 6 - 3 d f^5 t^2 / 5 +
+/// 3 d^2 f^4 t / 4 - d^3 f^3 / 3.
 fn third_moments(f: &Coefficients, solid: &Solid, axes: &[DVec3]) -> Result<(Vec<f64>, f64)> {
     let grid = exact_grid(6 * f.lmax() + 3);
     let radii = synthesis(f, &grid)?;
@@ -152,17 +162,21 @@ mod tests {
         let mut ball = Coefficients::zeros(3);
         ball.set(0, 0, 2.0, 0.0);
         let aligned = align(&ball).expect("valid");
-        assert_eq!((aligned.top, aligned.rotation), (Top::Spherical, Rotation::IDENTITY));
+        assert_eq!(
+            (aligned.top, aligned.rotation),
+            (InertiaSymmetry::Spherical, Rotation::IDENTITY)
+        );
         assert_eq!(aligned.coefficients, ball);
     }
 
     #[test]
     fn any_turn_of_a_lump_aligns_to_the_same_shape() {
         let first = align(&lump()).expect("valid");
-        assert_eq!(first.top, Top::Asymmetric);
+        assert_eq!(first.top, InertiaSymmetry::Asymmetric);
         for turn in turns() {
             let again = align(&rotate(&lump(), &turn)).expect("valid");
-            // Axes are good to 1e-15 over the relative differences of the moments, some percent here.
+            // Axes are good to 1e-15 over the relative differences of the moments, some percent
+            // here.
             let error = largest_difference(&again.coefficients, &first.coefficients);
             assert!(error <= 1e-12, "{error:e}");
         }
@@ -191,7 +205,7 @@ mod tests {
             let body = ellipsoid(axes);
             for turn in turns() {
                 let aligned = align(&rotate(&body, &turn)).expect("valid");
-                assert_eq!(aligned.top, Top::Symmetric);
+                assert_eq!(aligned.top, InertiaSymmetry::Symmetric);
                 let error = largest_difference(&aligned.coefficients, &body);
                 assert!(error <= 1e-12, "axis {column}: {error:e}");
             }

@@ -1,7 +1,8 @@
 //! Values and gradients of a series at many directions at once, eight directions side by side.
 //!
-//! The sums are those of `series`, on the two-step recurrence: for each order m the even and odd parts of sum_l A_lm R_l^m, and of what the order contributes to d/dz,
-//! -sqrt((l-m+1)(l+m)) A_l(m-1) R_l^m. Exact to rounding, whatever the directions.
+//! The sums are those of `series`, on the two-step recurrence: for each order m the even and odd
+//! parts of sum_l A_lm R_l^m, and of what the order contributes to d/dz, -sqrt((l-m+1)(l+m))
+//! A_l(m-1) R_l^m. Exact to rounding, whatever the directions.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f64x8};
@@ -179,7 +180,7 @@ fn for_each_group<T>(
     }
 }
 
-/// Gives x, y and z of N times eight directions as vectors.
+/// Returns x, y and z of N times eight directions as vectors.
 #[inline(always)]
 fn coordinates<S: Simd, const N: usize>(simd: S, at: &[Point]) -> [[f64x8<S>; N]; 3] {
     let mut result = [[f64x8::splat(simd, 0.0); N]; 3];

@@ -1,9 +1,12 @@
-//! Certified bounds of a series over the whole sphere: of its value, its slope and its curvature along great circles.
+//! Certified bounds of a series over the whole sphere: of its value, its slope and its curvature
+//! along great circles.
 //!
-//! A function of degree lmax is a trigonometric polynomial of degree lmax in each angle. For such a polynomial g sampled at n equispaced
-//! angles, |g| <= max |sample| / cos(pi lmax / n) (Ehlich and Zeller 1964); two angles give the square. The slope along the great
-//! circle about the axis u is (u . L) f and the second derivative (u . L)^2 f, see `rotation_generators`: for every fixed u functions
-//! of degree lmax, so the largest |L f| and the largest eigenvalue of the symmetric matrix L_i L_j f over the samples bound them.
+//! A function of degree lmax is a trigonometric polynomial of degree lmax in each angle. For such a
+//! polynomial g sampled at n equispaced angles, |g| <= max |sample| / cos(pi lmax / n) (Ehlich and
+//! Zeller 1964); two angles give the square. The slope along the great circle about the axis u is
+//! (u . L) f and the second derivative (u . L)^2 f, see `rotation_generators`: for every fixed u
+//! functions of degree lmax, so the largest |L f| and the largest eigenvalue of the symmetric
+//! matrix L_i L_j f over the samples bound them.
 
 use std::f64::consts::PI;
 
@@ -26,8 +29,8 @@ pub struct Bounds {
     pub curvature: f64,
 }
 
-/// Gives an absolute bound on the rounding of a value of the series in f64: the recurrence loses below 3e-12 sigma at degree 256 and
-/// proportionally less below; |f_l| <= sigma_l.
+/// Returns an absolute bound on the rounding of a value of the series in f64: the recurrence loses
+/// below 3e-12 sigma at degree 256 and proportionally less below; |f_l| <= sigma_l.
 pub fn rounding(f: &Coefficients) -> f64 {
     let deviations: f64 = (0..=f.lmax()).map(|l| (4 * l + 16) as f64 * f.degree_deviation(l)).sum();
     8.0 * f64::EPSILON * deviations
@@ -112,7 +115,7 @@ fn ends(f: &Coefficients) -> Result<(Least, f64)> {
     Ok((Least { bound, value: low, direction: grid.direction(place) }, max))
 }
 
-/// Gives 1/cos^2(pi lmax / n).
+/// Returns 1/cos^2(pi lmax / n).
 fn inflation(lmax: usize, n: usize) -> f64 {
     (PI * lmax as f64 / n as f64).cos().powi(-2)
 }

@@ -1,13 +1,15 @@
 //! The coefficients of a real spherical-harmonic series in the Schmidt semi-normalised basis.
 //!
-//! f(theta, phi) = sum_l sum_{m<=l} (A_lm cos m phi + B_lm sin m phi) Q_l^m(cos theta), Q_l^m = sqrt((l-m)!/(l+m)!) P_l^m with the
-//! Condon-Shortley phase and no sqrt(2); the squared norm of a basis function is 2 pi eps_m/(2l+1), eps_0 = 2, else 1.
+//! f(theta, phi) = sum_l sum_{m<=l} (A_lm cos m phi + B_lm sin m phi) Q_l^m(cos theta), Q_l^m =
+//! sqrt((l-m)!/(l+m)!) P_l^m with the Condon-Shortley phase and no sqrt(2); the squared norm of a
+//! basis function is 2 pi eps_m/(2l+1), eps_0 = 2, else 1.
 
 use std::f64::consts::PI;
 
 use crate::{Error, Result};
 
-/// Holds A_lm and B_lm for 0 <= m <= l <= lmax, degree by degree, so that truncation is a shorter prefix.
+/// Holds A_lm and B_lm for 0 <= m <= l <= lmax, degree by degree, so that truncation is a shorter
+/// prefix.
 ///
 /// Entry (l, m) stands at index l(l+1)/2 + m of both arrays; B_l0 is 0.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +19,7 @@ pub struct Coefficients {
     b: Vec<f64>,
 }
 
-/// Gives the place of (l, m) in a degree-major triangle.
+/// Returns the place of (l, m) in a degree-major triangle.
 #[inline]
 pub(super) const fn index(l: usize, m: usize) -> usize {
     l * (l + 1) / 2 + m
@@ -33,7 +35,8 @@ impl Coefficients {
     /// Wraps two degree-major triangles of (lmax+1)(lmax+2)/2 entries each.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when a length does not fit `lmax`, an entry is not finite, or a B_l0 is not 0.
+    /// [`Error::Parameter`] when a length does not fit `lmax`, an entry is not finite, or a B_l0 is
+    /// not 0.
     pub fn from_parts(lmax: usize, a: Vec<f64>, b: Vec<f64>) -> Result<Self> {
         let n = index(lmax + 1, 0);
         if a.len() != n || b.len() != n {
@@ -54,17 +57,17 @@ impl Coefficients {
         Ok(Self { lmax, a, b })
     }
 
-    /// Gives the truncation degree.
+    /// Returns the truncation degree.
     pub const fn lmax(&self) -> usize {
         self.lmax
     }
 
-    /// Gives the number of real coefficients, (lmax+1)^2.
+    /// Returns the number of real coefficients, (lmax+1)^2.
     pub const fn count(&self) -> usize {
         (self.lmax + 1) * (self.lmax + 1)
     }
 
-    /// Gives A_lm and B_lm; zero past lmax.
+    /// Returns A_lm and B_lm; zero past lmax.
     pub fn get(&self, l: usize, m: usize) -> (f64, f64) {
         if l > self.lmax || m > l {
             return (0.0, 0.0);
@@ -82,12 +85,12 @@ impl Coefficients {
         self.b[index(l, m)] = if m == 0 { 0.0 } else { b };
     }
 
-    /// Gives the cosine coefficients A_lm, degree-major.
+    /// Returns the cosine coefficients A_lm, degree-major.
     pub fn cosines(&self) -> &[f64] {
         &self.a
     }
 
-    /// Gives the sine coefficients B_lm, degree-major.
+    /// Returns the sine coefficients B_lm, degree-major.
     pub fn sines(&self) -> &[f64] {
         &self.b
     }
@@ -106,7 +109,7 @@ impl Coefficients {
         c
     }
 
-    /// Gives A_lm and B_lm of one order, degree after degree from l = m.
+    /// Returns A_lm and B_lm of one order, degree after degree from l = m.
     pub(super) fn column(&self, m: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         (m..=self.lmax).scan(index(m, m), |place, l| {
             let i = *place;
@@ -115,7 +118,7 @@ impl Coefficients {
         })
     }
 
-    /// Gives the mean value over the sphere, A_00.
+    /// Returns the mean value over the sphere, A_00.
     pub fn mean(&self) -> f64 {
         self.a[0]
     }
@@ -135,7 +138,8 @@ impl Coefficients {
         self
     }
 
-    /// Gives sigma_l, the square root of the degree variance A_l0^2 + 1/2 sum_{m>0} (A^2 + B^2); |f_l| <= sigma_l everywhere.
+    /// Returns sigma_l, the square root of the degree variance A_l0^2 + 1/2 sum_{m>0} (A^2 + B^2);
+    /// |f_l| <= sigma_l everywhere.
     pub fn degree_deviation(&self, l: usize) -> f64 {
         if l > self.lmax {
             return 0.0;
@@ -147,7 +151,8 @@ impl Coefficients {
         (zonal + 0.5 * terms.sum::<f64>()).sqrt()
     }
 
-    /// Gives the integral of f^2 over the unit sphere (Parseval): sum of squares times 2 pi eps_m/(2l+1).
+    /// Returns the integral of f^2 over the unit sphere (Parseval): sum of squares times 2 pi
+    /// eps_m/(2l+1).
     pub fn energy(&self) -> f64 {
         (0..=self.lmax)
             .map(|l| 4.0 * PI / (2 * l + 1) as f64 * self.degree_deviation(l).powi(2))

@@ -1,11 +1,13 @@
-//! Linear combinations of series: mean, difference and scatter of shapes. Series of lower degree are padded with zeros.
+//! Linear combinations of series: mean, difference and scatter of shapes. Series of lower degree
+//! are padded with zeros.
 
 use std::f64::consts::PI;
 
 use super::Coefficients;
 use crate::{Error, Result};
 
-/// Averages functions with positive weights (of any sum): sum w_i f_i / sum w_i, of the highest degree among them.
+/// Averages functions with positive weights (of any sum): sum w_i f_i / sum w_i, of the highest
+/// degree among them.
 ///
 /// # Errors
 /// [`Error::Parameter`] without functions, or when a weight is not positive and finite.
@@ -49,20 +51,20 @@ pub fn mean(members: &[&Coefficients]) -> Result<Coefficients> {
     weighted_mean(&members.iter().map(|f| (*f, 1.0)).collect::<Vec<_>>())
 }
 
-/// Subtracts `b` from `a`: the function a - b, of the higher degree. The square root of its [`Coefficients::energy`] over 4 pi is the
-/// radial RMS distance of two shapes about one centre.
+/// Subtracts `b` from `a`: the function a - b, of the higher degree. The square root of its
+/// [`Coefficients::energy`] over 4 pi is the radial RMS distance of two shapes about one centre.
 pub fn difference(a: &Coefficients, b: &Coefficients) -> Coefficients {
     plus(a, b, -1.0)
 }
 
-/// Measures how far shapes scatter: the root mean square over members and sphere of their distance from `mean`, m; n - 1 in the
-/// denominator, NaN for fewer than two.
+/// Measures how far shapes scatter: the root mean square over members and sphere of their distance
+/// from `mean`, m; n - 1 in the denominator, NaN for fewer than two.
 pub fn scatter(members: &[&Coefficients], mean: &Coefficients) -> f64 {
     let energy: f64 = members.iter().map(|f| difference(f, mean).energy()).sum();
     (energy / (4.0 * PI) / (members.len() as f64 - 1.0)).sqrt()
 }
 
-/// Gives a + k b.
+/// Returns a + k b.
 fn plus(a: &Coefficients, b: &Coefficients, k: f64) -> Coefficients {
     let mut result = a.truncated(a.lmax().max(b.lmax()));
     for l in 0..=b.lmax() {

@@ -1,4 +1,5 @@
-//! Filters against ringing: each degree of a series is damped by a factor; a cut at lmax overshoots at edges, a damped end does less.
+//! Filters against ringing: each degree of a series is damped by a factor; a cut at lmax overshoots
+//! at edges, a damped end does less.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -42,11 +43,12 @@ impl Filter {
             return Ok(Self::Heat { time });
         }
         Err(Error::Parameter(format!(
-            "the time of a heat filter is a finite number from 0 on, found {time}; 0.001 softens edges over about 3 degrees of arc"
+            "the time of a heat filter is a finite number from 0 on, found {time}; 0.001 softens \
+             edges over about 3 degrees of arc"
         )))
     }
 
-    /// Gives the factor, 0 to 1, of degree `l` in a series cut at `lmax`.
+    /// Returns the factor, 0 to 1, of degree `l` in a series cut at `lmax`.
     pub fn factor(self, l: usize, lmax: usize) -> f64 {
         match self {
             Self::Lanczos if l == 0 => 1.0,

@@ -1,4 +1,5 @@
-//! Grids on the sphere: rings of equal zenith angle with equispaced azimuths, and their quadrature weights.
+//! Grids on the sphere: rings of equal zenith angle with equispaced azimuths, and their quadrature
+//! weights.
 
 use std::f64::consts::PI;
 
@@ -6,7 +7,8 @@ use glam::DVec3;
 
 use crate::math::quadrature::Rule;
 
-/// Rings of equal zenith angle with equispaced azimuths phi_j = 2 pi j / n, starting at phi = 0; samples are stored ring by ring.
+/// Rings of equal zenith angle with equispaced azimuths phi_j = 2 pi j / n, starting at phi = 0;
+/// samples are stored ring by ring.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     /// cos(theta) and sin(theta) per ring.
@@ -19,7 +21,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Makes Gauss-Legendre rings, from the south pole to the north: analysis is exact for series of degree `rings - 1` when `azimuths >= 2 rings - 1`.
+    /// Makes Gauss-Legendre rings, from the south pole to the north: analysis is exact for series
+    /// of degree `rings - 1` when `azimuths >= 2 rings - 1`.
     pub fn gauss_legendre(rings: usize, azimuths: usize) -> Self {
         let rule = Rule::gauss_legendre(rings);
         let ring = |z: f64| (z, ((1.0 - z) * (1.0 + z)).sqrt());
@@ -36,8 +39,10 @@ impl Grid {
         Self::gauss_legendre(lmax + 1, 2 * lmax + 1)
     }
 
-    /// Makes the equispaced grid of Driscoll and Healy (1994): `rings` (even, at least 2) at theta = pi i / rings, i = 0 ..= rings - 1, from the north pole, and
-    /// `azimuths`; exact for degree rings / 2 - 1. With `azimuths` = `rings` or 2 `rings` this is the grid "DH" or "DH2" of pyshtools. An odd number of rings is raised by one.
+    /// Makes the equispaced grid of Driscoll and Healy (1994): `rings` (even, at least 2) at theta
+    /// = pi i / rings, i = 0 ..= rings - 1, from the north pole, and `azimuths`; exact for degree
+    /// rings / 2 - 1. With `azimuths` = `rings` or 2 `rings` this is the grid "DH" or "DH2" of
+    /// pyshtools. An odd number of rings is raised by one.
     pub fn driscoll_healy(rings: usize, azimuths: usize) -> Self {
         let half = (rings.max(1)).div_ceil(2);
         let rings = 2 * half;
@@ -55,8 +60,9 @@ impl Grid {
         }
     }
 
-    /// Makes rings at theta = pi i / intervals, i = 0 ..= intervals, both poles included, and `azimuths`: the rule of Clenshaw and Curtis, exact for degree
-    /// intervals / 2. A latitude-longitude table of half-degree steps has 360 intervals and 720 azimuths.
+    /// Makes rings at theta = pi i / intervals, i = 0 ..= intervals, both poles included, and
+    /// `azimuths`: the rule of Clenshaw and Curtis, exact for degree intervals / 2. A
+    /// latitude-longitude table of half-degree steps has 360 intervals and 720 azimuths.
     pub fn equispaced(intervals: usize, azimuths: usize) -> Self {
         let intervals = intervals.max(1);
         Self {
@@ -67,37 +73,38 @@ impl Grid {
         }
     }
 
-    /// Gives the number of samples.
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.rings.len() * self.azimuths
     }
 
-    /// Tells whether there are no samples; never true for a grid made here.
+    /// Whether there are no samples; never true for a grid made here.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Gives cos(theta) and sin(theta) of each ring.
+    /// Returns cos(theta) and sin(theta) of each ring.
     pub fn rings(&self) -> &[(f64, f64)] {
         &self.rings
     }
 
-    /// Gives the number of samples on each ring.
+    /// Returns the number of samples on each ring.
     pub fn azimuths(&self) -> usize {
         self.azimuths
     }
 
-    /// Gives the weight of each ring in the integral over cos(theta); they add up to 2.
+    /// Returns the weight of each ring in the integral over cos(theta); they add up to 2.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
 
-    /// Gives the highest degree for which analysis on this grid is exact: rings and azimuths both suffice.
+    /// Returns the highest degree for which analysis on this grid is exact: rings and azimuths both
+    /// suffice.
     pub fn band_limit(&self) -> usize {
         self.ring_limit.min((self.azimuths - 1) / 2)
     }
 
-    /// Gives the unit vector of sample `i`.
+    /// Returns the unit vector of sample `i`.
     pub fn direction(&self, i: usize) -> DVec3 {
         let (z, s) = self.rings[i / self.azimuths];
         let phi = 2.0 * PI * (i % self.azimuths) as f64 / self.azimuths as f64;
@@ -105,13 +112,13 @@ impl Grid {
         DVec3::new(s * cos, s * sin, z)
     }
 
-    /// Gives the solid angle of sample `i` as a quadrature node; they add up to 4 pi.
+    /// Returns the solid angle of sample `i` as a quadrature node; they add up to 4 pi.
     pub fn solid_angle(&self, i: usize) -> f64 {
         self.weights[i / self.azimuths] * 2.0 * PI / self.azimuths as f64
     }
 }
 
-/// Gives cos and sin of pi i / n, mirrored exactly about the equator.
+/// Returns cos and sin of pi i / n, mirrored exactly about the equator.
 fn ring_at(i: usize, n: usize) -> (f64, f64) {
     let (s, z) = (PI * i.min(n - i) as f64 / n as f64).sin_cos();
     match (2 * i).cmp(&n) {
@@ -121,7 +128,7 @@ fn ring_at(i: usize, n: usize) -> (f64, f64) {
     }
 }
 
-/// Gives the weights of Clenshaw and Curtis at theta = pi i / n.
+/// Returns the weights of Clenshaw and Curtis at theta = pi i / n.
 fn clenshaw_curtis(n: usize) -> Vec<f64> {
     let cosines: Vec<f64> = (0..n).map(|i| (2.0 * PI * i as f64 / n as f64).cos()).collect();
     let weight = |i: usize| {

@@ -1,9 +1,12 @@
-//! High degrees at scattered directions: a fine grid over theta and phi stands between the series and the directions.
+//! High degrees at scattered directions: a fine grid over theta and phi stands between the series
+//! and the directions.
 //!
-//! Evaluated term by term a direction costs (lmax+1)^2 steps. Instead a series is synthesised on a torus, theta from 0 to 2 pi (f(2 pi - theta, phi) =
-//! f(theta, phi + pi)), twice as fine as its degree needs, and interpolated there by 13 x 13 points of the kernel exp(beta (sqrt(1 - x^2) - 1)), whose
-//! Fourier transform the grid has been divided by (Barnett, Magland, af Klinteberg 2019). Moments are the transpose, step by step. The error is about
-//! 1e-12 of the largest value; a direction costs the same at any degree.
+//! Evaluated term by term a direction costs (lmax+1)^2 steps. Instead a series is synthesised on a
+//! torus, theta from 0 to 2 pi (f(2 pi - theta, phi) = f(theta, phi + pi)), twice as fine as its
+//! degree needs, and interpolated there by 13 x 13 points of the kernel exp(beta (sqrt(1 - x^2) -
+//! 1)), whose Fourier transform the grid has been divided by (Barnett, Magland, af Klinteberg
+//! 2019). Moments are the transpose, step by step. The error is about 1e-12 of the largest value; a
+//! direction costs the same at any degree.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -60,7 +63,7 @@ impl Plan {
         self.around / 2 + 1 + 2 * MARGIN
     }
 
-    /// Gives where a kept row stands on the torus.
+    /// Returns where a kept row stands on the torus.
     fn on_torus(&self, row: usize) -> usize {
         (row + self.around - MARGIN) % self.around
     }
@@ -70,7 +73,8 @@ impl Plan {
         Transform::new(self.lmax, Grid::equispaced(self.around / 2, self.around))
     }
 
-    /// Places a direction: first row and column of its kernel, and how far the direction is from them, in cells.
+    /// Places a direction: first row and column of its kernel, and how far the direction is from
+    /// them, in cells.
     fn place(&self, w: DVec3) -> ([usize; 2], [f64; 2]) {
         let cells = |angle: f64| angle / (2.0 * PI) * self.around as f64;
         let theta = cells(w.x.hypot(w.y).atan2(w.z)) + MARGIN as f64;
@@ -80,8 +84,9 @@ impl Plan {
         ([row as usize, column as usize % self.around], [theta - row, phi - column])
     }
 
-    /// Divides a torus by the kernel, up to order lmax both ways. For each order along phi `gather` lays the spectra of the given rows out along theta, and
-    /// `scatter` takes the wanted rows from the result.
+    /// Divides a torus by the kernel, up to order lmax both ways. For each order along phi `gather`
+    /// lays the spectra of the given rows out along theta, and `scatter` takes the wanted rows from
+    /// the result.
     fn divide(
         &self,
         rows: &[f64],
@@ -123,12 +128,12 @@ impl Plan {
     }
 }
 
-/// Gives (-1)^m, the sign of order m on the far side of the torus.
+/// Returns (-1)^m, the sign of order m on the far side of the torus.
 fn far_sign(m: usize) -> f64 {
     if m.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
-/// Gives the smallest even product of 2, 3 and 5 from `n` on: sizes that transform fast.
+/// Returns the smallest even product of 2, 3 and 5 from `n` on: sizes that transform fast.
 fn smooth_above(n: usize) -> usize {
     let is_smooth = |n: usize| {
         let mut rest = n;
@@ -143,7 +148,7 @@ fn smooth_above(n: usize) -> usize {
     (n.max(2)..=n.max(2).next_power_of_two()).find(|&n| is_smooth(n)).unwrap_or(n)
 }
 
-/// Gives int K(x) cos(2 pi k x / n) dx over the width of the kernel, in cells, for k = 0..=lmax.
+/// Returns int K(x) cos(2 pi k x / n) dx over the width of the kernel, in cells, for k = 0..=lmax.
 fn transform_of_kernel(lmax: usize, n: usize) -> Vec<f64> {
     let rule = Rule::gauss_legendre(64).on(0.0, REACH);
     let at = |k: usize| {
@@ -153,7 +158,7 @@ fn transform_of_kernel(lmax: usize, n: usize) -> Vec<f64> {
     (0..=lmax).map(at).collect()
 }
 
-/// Gives the root in the kernel and the kernel at x in -1..1.
+/// Returns the root in the kernel and the kernel at x in -1..1.
 fn kernel(x: f64) -> (f64, f64) {
     let root = (1.0 - x * x).max(0.0).sqrt();
     (root, (BETA * (root - 1.0)).exp())
@@ -176,7 +181,8 @@ fn kernels_with_slopes(offset: f64) -> [(f64, f64); WIDTH] {
     })
 }
 
-/// Adds up int f Q_l^m (cos m phi, sin m phi) d omega over scattered nodes, like [`super::Moments`], at a cost per node that does not grow with the degree.
+/// Adds up int f Q_l^m (cos m phi, sin m phi) d omega over scattered nodes, like
+/// [`super::Moments`], at a cost per node that does not grow with the degree.
 #[derive(Clone)]
 pub struct GridMoments {
     plan: Arc<Plan>,
@@ -244,7 +250,8 @@ impl GridMoments {
     }
 }
 
-/// Evaluates a series at scattered directions, like [`Series`], at a cost per direction that does not grow with the degree.
+/// Evaluates a series at scattered directions, like [`Series`], at a cost per direction that does
+/// not grow with the degree.
 pub struct GridSeries {
     plan: Plan,
     cells: Vec<f64>,
@@ -301,7 +308,7 @@ impl GridSeries {
         Jet { value, gradient }
     }
 
-    /// Gives the value and its derivatives along theta and phi, per cell.
+    /// Returns the value and its derivatives along theta and phi, per cell.
     fn interpolate(&self, direction: DVec3) -> (f64, f64, f64) {
         let n = self.plan.around;
         let ([row, column], offset) = self.plan.place(direction);

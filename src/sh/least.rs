@@ -87,7 +87,7 @@ impl Cell {
         DVec3::new(s * cos, s * sin, z)
     }
 
-    /// Gives half the lengths of its sides, along theta and along the longest circle of latitude
+    /// Returns half the lengths of its sides, along theta and along the longest circle of latitude
     /// within it; a cell may reach over a pole.
     fn sides(&self) -> [f64; 2] {
         let [a, b] = self.half;
@@ -208,7 +208,7 @@ mod tests {
     use crate::math::{EulerAngles, Rotation};
     use crate::sh::{analysis, least, range, rotate};
 
-    /// Gives a radius that depends on the height alone, about an axis that no grid knows.
+    /// Returns a radius that depends on the height alone, about an axis that no grid knows.
     fn about_an_axis(lmax: usize, radius: impl Fn(f64) -> f64) -> Coefficients {
         let grid = Grid::minimal(lmax);
         let values: Vec<f64> = (0..grid.len()).map(|i| radius(grid.direction(i).z)).collect();

@@ -1,10 +1,12 @@
 //! Weighted least squares: the series that comes closest to scattered samples.
 //!
-//! Minimises sum_j w_j (f(omega_j) - v_j)^2 + lambda sum_l l^2 (l+1)^2 c_l^2, weights scaled to add up to 4 pi, c the coefficients in the orthonormal
-//! basis: Tikhonov's term with the Laplacian of f on the sphere. The normal matrix of (lmax+1)^2 rows is summed over blocks of samples, each block a
-//! product of matrices, and factorised in place; the table of samples x coefficients is never whole. For samples that cover the sphere
-//! with weights that are their solid angles the matrix is near the identity, so that squaring the condition costs nothing; one step of refinement
-//! takes the rounding of sums and factors back.
+//! Minimises sum_j w_j (f(omega_j) - v_j)^2 + lambda sum_l l^2 (l+1)^2 c_l^2, weights scaled to add
+//! up to 4 pi, c the coefficients in the orthonormal basis: Tikhonov's term with the Laplacian of f
+//! on the sphere. The normal matrix of (lmax+1)^2 rows is summed over blocks of samples, each block
+//! a product of matrices, and factorised in place; the table of samples x coefficients is never
+//! whole. For samples that cover the sphere with weights that are their solid angles the matrix is
+//! near the identity, so that squaring the condition costs nothing; one step of refinement takes
+//! the rounding of sums and factors back.
 
 use std::f64::consts::PI;
 
@@ -24,18 +26,22 @@ const BLOCK: usize = 256;
 /// Columns of the normal matrix that are worked on together.
 const PANEL: usize = 96;
 
-/// The smallest part of a basis function, squared, that the others may leave unexplained at the samples: below it too few digits would be right.
+/// The smallest part of a basis function, squared, that the others may leave unexplained at the
+/// samples: below it too few digits would be right.
 const INDEPENDENT: f64 = 1e-10;
 
 /// Fits a series of degree `lmax` to values at scattered directions.
 ///
-/// `directions` are unit vectors; `values` (any unit) and `weights` (at least 0, their scale does not matter) have as many entries; a
-/// weight is best the solid angle a sample stands for, or one over the variance of its value. `lambda`, at least 0, damps the Laplacian of the
-/// series: 0 leaves the samples alone, 1e-6 damps what degrees above about 30 have no samples for. The result does not depend on the number of threads.
+/// `directions` are unit vectors; `values` (any unit) and `weights` (at least 0, their scale does
+/// not matter) have as many entries; a weight is best the solid angle a sample stands for, or one
+/// over the variance of its value. `lambda`, at least 0, damps the Laplacian of the series: 0
+/// leaves the samples alone, 1e-6 damps what degrees above about 30 have no samples for. The result
+/// does not depend on the number of threads.
 ///
 /// # Errors
-/// [`Error::Parameter`] when lengths differ, a number is not finite, a weight or `lambda` negative, the degree above [`MAX_LEAST_SQUARES_DEGREE`];
-/// [`Error::Geometry`] when the samples do not determine the series: too few, or leaving a gap on the sphere.
+/// [`Error::Parameter`] when lengths differ, a number is not finite, a weight or `lambda` negative,
+/// the degree above [`MAX_LEAST_SQUARES_DEGREE`]; [`Error::Geometry`] when the samples do not
+/// determine the series: too few, or leaving a gap on the sphere.
 ///
 /// ```
 /// use glam::DVec3;
@@ -103,7 +109,8 @@ impl<'a> Samples<'a> {
         };
         if let Some(i) = (0..n).find(|&i| wrong(i)) {
             return Err(Error::Parameter(format!(
-                "sample {i} (from 0) needs a unit vector, a finite value and a finite weight from 0 on, found {}, {}, {}",
+                "sample {i} (from 0) needs a unit vector, a finite value and a finite weight from \
+                 0 on, found {}, {}, {}",
                 directions[i], values[i], weights[i]
             )));
         }
@@ -111,13 +118,15 @@ impl<'a> Samples<'a> {
         let counted = weights.iter().filter(|w| **w > 0.0).count();
         if counted == 0 || !sum.is_finite() {
             return Err(Error::Parameter(format!(
-                "the weights of {n} samples add up to {sum}: at least one must be above 0, and their sum finite"
+                "the weights of {n} samples add up to {sum}: at least one must be above 0, and \
+                 their sum finite"
             )));
         }
         Ok(Self { directions, values, weights, scale: 4.0 * PI / sum, counted })
     }
 
-    /// Sums the lower triangle of the normal matrix, block after block; each entry in one fixed order.
+    /// Sums the lower triangle of the normal matrix, block after block; each entry in one fixed
+    /// order.
     fn normal_matrix(&self, basis: &Basis) -> DMatrix<f64> {
         let n = basis.norms.len();
         let mut matrix = DMatrix::zeros(n, n);
@@ -133,7 +142,7 @@ impl<'a> Samples<'a> {
         matrix
     }
 
-    /// Gives what the normal equations ask for beyond a first solution.
+    /// Returns what the normal equations ask for beyond a first solution.
     fn right_side(&self, basis: &Basis, fit: &Coefficients, lambda: f64) -> Result<DVector<f64>> {
         let series = Series::new(fit)?;
         let parts: Vec<Moments> = self
@@ -270,8 +279,9 @@ fn undetermined(
     ))
 }
 
-/// Factorises the lower triangle of a symmetric matrix in place, M = L L^T, panel by panel, and gives the row with the smallest part of its
-/// diagonal entry left after the rows before it, and that part; `None` when nothing is left.
+/// Factorises the lower triangle of a symmetric matrix in place, M = L L^T, panel by panel, and
+/// gives the row with the smallest part of its diagonal entry left after the rows before it, and
+/// that part; `None` when nothing is left.
 fn factorise(matrix: &mut DMatrix<f64>) -> Option<(usize, f64)> {
     let n = matrix.nrows();
     let diagonal: Vec<f64> = matrix.diagonal().iter().copied().collect();
@@ -302,7 +312,8 @@ fn factorise(matrix: &mut DMatrix<f64>) -> Option<(usize, f64)> {
     Some(least)
 }
 
-/// Adds `sign` times table * table^T to the lower triangle of the square from row and column `from` on, panel by panel in parallel.
+/// Adds `sign` times table * table^T to the lower triangle of the square from row and column `from`
+/// on, panel by panel in parallel.
 fn add_products(matrix: &mut DMatrix<f64>, table: &DMatrix<f64>, from: usize, sign: f64) {
     let n = matrix.nrows();
     let transposed = table.transpose();
@@ -408,7 +419,8 @@ mod tests {
 
     #[test]
     fn a_series_is_found_again_from_its_values() {
-        // 400 samples, 169 coefficients: several panels and blocks. Weights of any scale and spread change nothing for values without noise.
+        // 400 samples, 169 coefficients: several panels and blocks. Weights of any scale and spread
+        // change nothing for values without noise.
         let (truth, w) = (random_series(12), spiral(400));
         let weights: Vec<f64> = (0..400).map(|i| 1e6 * f64::from(1 + i % 7)).collect();
         let fit = scattered_fit(&w, &values(&truth, &w), &weights, 12, 0.0).expect("determined");
@@ -438,7 +450,8 @@ mod tests {
 
     #[test]
     fn the_normal_equations_hold_with_damping() {
-        // At the minimum the gradient vanishes: sum w Y (v - f) = lambda l^2 (l+1)^2 c for each function, checked by plain sums.
+        // At the minimum the gradient vanishes: sum w Y (v - f) = lambda l^2 (l+1)^2 c for each
+        // function, checked by plain sums.
         let (w, lambda, lmax) = (spiral(80), 1e-3, 5);
         let v: Vec<f64> = w.iter().map(|w| (3.0 * w.x).sin() + w.z.abs()).collect();
         let fit = scattered_fit(&w, &v, &[2.0; 80], lmax, lambda).expect("determined");
@@ -458,7 +471,8 @@ mod tests {
 
     #[test]
     fn damped_and_weighted_fit_matches_an_independent_solver() {
-        // NumPy's lstsq on the rows sqrt(w) Y and sqrt(lambda) l (l+1), Y from SciPy's lpmv, weights scaled to 4 pi.
+        // NumPy's lstsq on the rows sqrt(w) Y and sqrt(lambda) l (l+1), Y from SciPy's lpmv,
+        // weights scaled to 4 pi.
         let w = spiral(40);
         let v: Vec<f64> = w.iter().map(|w| w.x.exp() + w.z * w.z).collect();
         let weights: Vec<f64> = (0..40).map(|i| f64::from(1 + i % 3)).collect();

@@ -1,13 +1,15 @@
 //! The Schmidt semi-normalised Legendre functions by recurrence, eight orders at a time.
 //!
-//! What is swept is R_l^m(z) = Q_l^m(z) / sin^m(theta), a polynomial in z = cos(theta): together with (x + iy)^m = sin^m(theta) e^(i m phi)
-//! it makes every basis function a polynomial of the Cartesian direction, so values and gradients need no division and no case at
-//! the poles. R obeys the recurrences of Q,
+//! What is swept is R_l^m(z) = Q_l^m(z) / sin^m(theta), a polynomial in z = cos(theta): together
+//! with (x + iy)^m = sin^m(theta) e^(i m phi) it makes every basis function a polynomial of the
+//! Cartesian direction, so values and gradients need no division and no case at the poles. R obeys
+//! the recurrences of Q,
 //!
-//! R_m^m = -sqrt((2m-1)/(2m)) R_(m-1)^(m-1),   R_l^m = [(2l-1) z R_(l-1)^m - sqrt((l-1)^2 - m^2) R_(l-2)^m] / sqrt(l^2 - m^2),
+//! R_m^m = -sqrt((2m-1)/(2m)) R_(m-1)^(m-1),   R_l^m = [(2l-1) z R_(l-1)^m - sqrt((l-1)^2 - m^2)
+//! R_(l-2)^m] / sqrt(l^2 - m^2),
 //!
-//! with the same rounding (5e-14 at l = 32, 3e-12 at l = 256). Its growth is at most the golden ratio to the power l, so f64 holds
-//! it up to [`MAX_DEGREE`].
+//! with the same rounding (5e-14 at l = 32, 3e-12 at l = 256). Its growth is at most the golden
+//! ratio to the power l, so f64 holds it up to [`MAX_DEGREE`].
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
@@ -23,7 +25,8 @@ pub(super) type Lanes = [f64; LANES];
 
 /// Holds the factors of the recurrence for all degrees up to `lmax`, in blocks of eight orders.
 ///
-/// Block k holds the orders m = 8k + lane and one row for each degree l = 8k..=lmax; rows of successive blocks follow each other.
+/// Block k holds the orders m = 8k + lane and one row for each degree l = 8k..=lmax; rows of
+/// successive blocks follow each other.
 #[derive(Debug, Clone)]
 pub(super) struct Recurrence {
     lmax: usize,
@@ -60,7 +63,7 @@ pub(super) fn blocked(lmax: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<L
         .collect()
 }
 
-/// Gives R_m^m for m = 0..=lmax.
+/// Returns R_m^m for m = 0..=lmax.
 fn diagonal(lmax: usize) -> Vec<f64> {
     let step = |r: &mut f64, m: usize| {
         if m > 0 {
@@ -71,7 +74,7 @@ fn diagonal(lmax: usize) -> Vec<f64> {
     (0..=lmax).scan(1.0, step).collect()
 }
 
-/// Gives l^2 - m^2 without loss.
+/// Returns l^2 - m^2 without loss.
 fn difference_of_squares(l: usize, m: usize) -> f64 {
     ((l - m) * (l + m)) as f64
 }
@@ -97,12 +100,13 @@ impl Recurrence {
         Self { lmax, rows, seeds: seeds.collect() }
     }
 
-    /// Gives the truncation degree.
+    /// Returns the truncation degree.
     pub(super) fn lmax(&self) -> usize {
         self.lmax
     }
 
-    /// Sweeps one block upwards in degree at z = cos(theta) and shows each row, numbered from 0 within the block, with its R_l^m.
+    /// Sweeps one block upwards in degree at z = cos(theta) and shows each row, numbered from 0
+    /// within the block, with its R_l^m.
     #[inline(always)]
     pub(super) fn sweep<S: Simd>(
         &self,

@@ -20,7 +20,8 @@ choice!(Axis, "axis":
     Z = "z" "",
 );
 
-/// Reflects a function at the plane through the centre that is normal to `axis`: what was at (x, y, z) is at (-x, y, z) for x.
+/// Reflects a function at the plane through the centre that is normal to `axis`: what was at (x, y,
+/// z) is at (-x, y, z) for x.
 ///
 /// Exact: x gives A (-1)^m and B (-1)^(m+1), y changes the sign of B, z gives (-1)^(l+m).
 pub fn mirrored(f: &Coefficients, axis: Axis) -> Coefficients {

@@ -1,5 +1,5 @@
-//! Spherical harmonics: conventions, Legendre functions, series, grids, transforms, bounds; rotation, integrals, spectra, means and random
-//! shapes. Knows no mesh.
+//! Spherical harmonics: conventions, Legendre functions, series, grids, transforms, bounds;
+//! rotation, integrals, spectra, means and random shapes. Knows no mesh.
 
 mod align;
 mod batch;
@@ -27,7 +27,7 @@ mod transform;
 mod truncation;
 mod two_step;
 
-pub use align::{Alignment, Top, align};
+pub use align::{Alignment, InertiaSymmetry, align};
 pub use bounds::{Bounds, least, range, rounding};
 pub use coefficients::Coefficients;
 pub use combination::{difference, mean, scatter, weighted_mean};

@@ -1,6 +1,7 @@
 //! Moments of a function against the basis: what every projection adds up, whatever its nodes.
 //!
-//! A_lm = (2l+1)/(2 pi eps_m) int f Q_l^m cos(m phi) d omega, B_lm the same with the sine (eq. 16 of the paper with the norm of (17)).
+//! A_lm = (2l+1)/(2 pi eps_m) int f Q_l^m cos(m phi) d omega, B_lm the same with the sine (eq. 16
+//! of the paper with the norm of (17)).
 
 use std::f64::consts::PI;
 
@@ -12,7 +13,8 @@ use super::Coefficients;
 use super::legendre::{Block, LANES, Lanes, MAX_DEGREE, Powers, Recurrence, blocks};
 use crate::{Error, Result};
 
-/// Adds up int f Q_l^m (cos m phi, sin m phi) d omega node by node, for all degrees up to lmax at once.
+/// Adds up int f Q_l^m (cos m phi, sin m phi) d omega node by node, for all degrees up to lmax at
+/// once.
 #[derive(Debug, Clone)]
 pub struct Moments {
     recurrence: Recurrence,
@@ -109,8 +111,8 @@ mod tests {
         assert!((moments.coefficients().mean() - 1.0).abs() <= 1e-15);
     }
 
-    /// The basis is orthogonal with squared norm 2 pi eps_m/(2l+1): projecting each basis function by an exact rule gives back its
-    /// unit coefficient and nothing else.
+    /// The basis is orthogonal with squared norm 2 pi eps_m/(2l+1): projecting each basis function
+    /// by an exact rule gives back its unit coefficient and nothing else.
     #[test]
     fn basis_is_orthonormal_to_degree_64() {
         let lmax = 64;

@@ -1,8 +1,9 @@
 //! Conversions between the internal basis and the conventions of pyshtools.
 //!
-//! The internal coefficients are Schmidt semi-normalised with the Condon-Shortley phase and without sqrt(2) (see
-//! [`Coefficients`](super::Coefficients)). With d = 1 at m = 0, else 0, and c = (-1)^m for a target without the phase, else 1, A_lm
-//! times the factor below gives the cosine coefficient of the target, and B_lm the sine coefficient:
+//! The internal coefficients are Schmidt semi-normalised with the Condon-Shortley phase and without
+//! sqrt(2) (see [`Coefficients`](super::Coefficients)). With d = 1 at m = 0, else 0, and c = (-1)^m
+//! for a target without the phase, else 1, A_lm times the factor below gives the cosine coefficient
+//! of the target, and B_lm the sine coefficient:
 //!
 //! | target | factor |
 //! |---|---|
@@ -25,9 +26,11 @@ pub enum Normalisation {
     FourPi,
     /// Integral of the square over the sphere 1.
     Orthonormal,
-    /// Mean square 1/(2l+1): Schmidt semi-normalised, with the sqrt(2) at m > 0 that the internal basis lacks.
+    /// Mean square 1/(2l+1): Schmidt semi-normalised, with the sqrt(2) at m > 0 that the internal
+    /// basis lacks.
     Schmidt,
-    /// Plain associated Legendre functions; coefficients leave the range of f64 near degree 150, and pyshtools stops at 85.
+    /// Plain associated Legendre functions; coefficients leave the range of f64 near degree 150,
+    /// and pyshtools stops at 85.
     Unnormalised,
 }
 
@@ -35,7 +38,7 @@ impl Normalisation {
     /// Lists all, in the order of the names `4pi`, `ortho`, `schmidt`, `unnorm`.
     pub const ALL: [Self; 4] = [Self::FourPi, Self::Orthonormal, Self::Schmidt, Self::Unnormalised];
 
-    /// Gives the name that pyshtools uses.
+    /// Returns the name that pyshtools uses.
     pub const fn name(self) -> &'static str {
         match self {
             Self::FourPi => "4pi",
@@ -65,7 +68,7 @@ impl FromStr for Normalisation {
     }
 }
 
-/// Tells whether the basis functions carry the Condon-Shortley factor (-1)^m.
+/// Whether the basis functions carry the Condon-Shortley factor (-1)^m.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CondonShortley {
     /// No factor: csphase = 1 of pyshtools, its default.
@@ -76,7 +79,7 @@ pub enum CondonShortley {
 }
 
 impl CondonShortley {
-    /// Gives the `csphase` of pyshtools: 1 without, -1 with the phase.
+    /// Returns the `csphase` of pyshtools: 1 without, -1 with the phase.
     pub const fn csphase(self) -> i32 {
         match self {
             Self::Without => 1,
@@ -94,13 +97,15 @@ impl FromStr for CondonShortley {
             "1" | "+1" => Ok(Self::Without),
             "-1" => Ok(Self::With),
             _ => Err(Error::Parameter(format!(
-                "`{csphase}` is not a csphase: use 1 (without the Condon-Shortley phase) or -1 (with it)"
+                "`{csphase}` is not a csphase: use 1 (without the Condon-Shortley phase) or -1 \
+                 (with it)"
             ))),
         }
     }
 }
 
-/// Says how the coefficients of a file are to be understood; the default is that of pyshtools, 4pi without phase.
+/// Says how the coefficients of a file are to be understood; the default is that of pyshtools, 4pi
+/// without phase.
 ///
 /// ```
 /// use harmolux::sh::{CondonShortley, Convention, Normalisation};
@@ -121,10 +126,12 @@ pub struct Convention {
 }
 
 impl Convention {
-    /// Gives what A_lm and B_lm are multiplied with to become coefficients of this convention (0 <= m <= l).
+    /// Returns what A_lm and B_lm are multiplied with to become coefficients of this convention (0
+    /// <= m <= l).
     ///
     /// # Errors
-    /// [`Error::Numeric`] where the unnormalised factor leaves the normal range of f64 (from degree 151 on, at high orders).
+    /// [`Error::Numeric`] where the unnormalised factor leaves the normal range of f64 (from degree
+    /// 151 on, at high orders).
     pub fn factor(self, l: usize, m: usize) -> Result<f64> {
         let doubled = if m == 0 { 1.0 } else { 2.0 };
         let magnitude = match self.normalisation {
@@ -147,8 +154,8 @@ impl Convention {
         Ok((a * factor, b * factor))
     }
 
-    /// Turns (cosine, sine) coefficients of this convention into the internal (A_lm, B_lm): undoes [`Convention::export`] to 2 units
-    /// in the last place, or exactly where the factor is 1 or -1.
+    /// Turns (cosine, sine) coefficients of this convention into the internal (A_lm, B_lm): undoes
+    /// [`Convention::export`] to 2 units in the last place, or exactly where the factor is 1 or -1.
     ///
     /// # Errors
     /// As [`Convention::factor`]; also [`Error::Numeric`] when the result overflows f64.
@@ -159,13 +166,15 @@ impl Convention {
             return Ok((a, b));
         }
         Err(Error::Numeric(format!(
-            "the {} coefficients ({c:e}, {s:e}) of degree {l}, order {m} exceed the range of f64 in the internal basis",
+            "the {} coefficients ({c:e}, {s:e}) of degree {l}, order {m} exceed the range of f64 \
+             in the internal basis",
             self.normalisation
         )))
     }
 }
 
-/// Computes sqrt((l-m)!/(l+m)!) from the 2m factors that do not cancel; the relative error is below m 2^-51.
+/// Computes sqrt((l-m)!/(l+m)!) from the 2m factors that do not cancel; the relative error is below
+/// m 2^-51.
 fn unnormalised(l: usize, m: usize) -> Result<f64> {
     let mut value = 1.0;
     for k in l - m + 1..=l + m {
@@ -193,7 +202,8 @@ mod tests {
         })
     }
 
-    /// The made-up 4pi, csphase 1 coefficients that pyshtools 4.14.1 was given for the numbers below.
+    /// The made-up 4pi, csphase 1 coefficients that pyshtools 4.14.1 was given for the numbers
+    /// below.
     fn sample(l: usize, m: usize) -> (f64, f64) {
         let sign = if (l / 2).is_multiple_of(2) { 1.0 } else { -1.0 };
         let s = if m == 0 { 0.0 } else { 1.0 / (2 + 2 * l + m) as f64 };

@@ -1,4 +1,5 @@
-//! The points of a star-shaped surface as three series: x, y and z of r(omega) omega + centre are exactly one degree higher than r.
+//! The points of a star-shaped surface as three series: x, y and z of r(omega) omega + centre are
+//! exactly one degree higher than r.
 //!
 //! With c = A - iB and the recurrences of the basis (Condon-Shortley phase included)
 //!
@@ -8,8 +9,9 @@
 //!                  = [sqrt((l-m+1)(l-m+2)) Q_{l+1}^{m-1} - sqrt((l+m)(l+m-1)) Q_{l-1}^{m-1}] / (2l+1)
 //! ```
 //!
-//! each product is a handful of terms a coefficient. Back: since x^2 + y^2 + z^2 = 1 on the unit sphere, the sum of the three series,
-//! each times its own coordinate, is r + centre . omega; what the set then differs from r omega + centre is its residual.
+//! each product is a handful of terms a coefficient. Back: since x^2 + y^2 + z^2 = 1 on the unit
+//! sphere, the sum of the three series, each times its own coordinate, is r + centre . omega; what
+//! the set then differs from r omega + centre is its residual.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -17,7 +19,8 @@ use glam::DVec3;
 
 use super::Coefficients;
 
-/// Gives x, y and z of the surface r(omega) omega + `centre` as series of degree lmax + 1; `radius` of degree lmax.
+/// Returns x, y and z of the surface r(omega) omega + `centre` as series of degree lmax + 1;
+/// `radius` of degree lmax.
 ///
 /// ```
 /// use glam::DVec3;
@@ -44,14 +47,16 @@ pub struct RadialPart {
     pub radius: Coefficients,
     /// The centre it is counted from.
     pub centre: DVec3,
-    /// The root mean square distance, over the sphere of parameters, between the set and the radial surface; 0 when it is one.
+    /// The root mean square distance, over the sphere of parameters, between the set and the radial
+    /// surface; 0 when it is one.
     pub residual: f64,
 }
 
-/// Finds radius and centre of a surface whose x, y and z are given as series of one degree, at least 1; `None` for degree 0, which is
-/// a point, or for different degrees.
+/// Finds radius and centre of a surface whose x, y and z are given as series of one degree, at
+/// least 1; `None` for degree 0, which is a point, or for different degrees.
 ///
-/// A set that is no radial surface has the nearest one of this construction as its answer, and a residual above rounding.
+/// A set that is no radial surface has the nearest one of this construction as its answer, and a
+/// residual above rounding.
 pub fn radius_of(set: &[Coefficients; 3]) -> Option<RadialPart> {
     let lmax = set[0].lmax();
     if lmax == 0 || set.iter().any(|series| series.lmax() != lmax) {
@@ -137,7 +142,8 @@ fn times_z(product: &mut Coefficients, (l, m): (usize, usize), (a, b): (f64, f64
     }
 }
 
-/// Adds one term times x = sin(theta) cos(phi), or times y = sin(theta) sin(phi): orders m + 1 and m - 1.
+/// Adds one term times x = sin(theta) cos(phi), or times y = sin(theta) sin(phi): orders m + 1 and
+/// m - 1.
 fn times_xy(product: &mut Coefficients, (l, m): (usize, usize), (a, b): (f64, f64), y: bool) {
     let n = (2 * l + 1) as f64;
     let root = |p: usize, q: usize| ((p * q) as f64).sqrt() / n;
@@ -227,7 +233,8 @@ mod tests {
         // (a x, b y, c z) has its points elsewhere than in the direction of its parameters.
         let [x, y, z] = positions(&bumpy(0), DVec3::ZERO);
         let part = radius_of(&[x.scaled(2.0), y, z]).expect("a surface");
-        // By hand: the sum of coordinate times series is 1 + x^2, cut to its mean 4/3; (2x, y, z) - 4/3 omega has the mean square 2/9.
+        // By hand: the sum of coordinate times series is 1 + x^2, cut to its mean 4/3; (2x, y, z) -
+        // 4/3 omega has the mean square 2/9.
         assert!((part.residual - (2.0_f64 / 9.0).sqrt()).abs() <= 1e-15, "{}", part.residual);
         assert!((part.radius.mean() - 4.0 / 3.0).abs() <= 1e-15);
     }

@@ -1,9 +1,11 @@
 //! Random shapes: Gaussian coefficients of a given spectrum, and the Gaussian random sphere.
 //!
-//! An isotropic Gaussian function whose degree l has the expected power P_l (the mean of f_l^2 over the sphere) has independent coefficients
-//! of variance P_l for A_l0 and 2 P_l for A_lm, B_lm. The Gaussian random sphere (Muinonen, Earth, Moon and Planets 72, 1996, 339-342; Muinonen et al.,
-//! JQSRT 55, 1996, 577-601) has the log-normal radius r = a exp(s) / sqrt(1 + sigma^2), s such a function of variance beta^2 = ln(1 + sigma^2) and
-//! covariance beta^2 sum_l c_l P_l(cos gamma), c_l ~ l^-nu: its mean is a, its standard deviation sigma a, in every direction.
+//! An isotropic Gaussian function whose degree l has the expected power P_l (the mean of f_l^2 over
+//! the sphere) has independent coefficients of variance P_l for A_l0 and 2 P_l for A_lm, B_lm. The
+//! Gaussian random sphere (Muinonen, Earth, Moon and Planets 72, 1996, 339-342; Muinonen et al.,
+//! JQSRT 55, 1996, 577-601) has the log-normal radius r = a exp(s) / sqrt(1 + sigma^2), s such a
+//! function of variance beta^2 = ln(1 + sigma^2) and covariance beta^2 sum_l c_l P_l(cos gamma),
+//! c_l ~ l^-nu: its mean is a, its standard deviation sigma a, in every direction.
 
 use std::f64::consts::TAU;
 
@@ -12,13 +14,16 @@ use super::{Grid, analysis, synthesis};
 use crate::math::{Randomness, Stream};
 use crate::{Error, Result};
 
-/// Draws a function whose coefficients are Gaussian: `powers[l]` is the expected mean of f_l^2 over the sphere, for l = 0..=lmax. The mean of
-/// every coefficient is 0; add the mean radius to make it a shape.
+/// Draws a function whose coefficients are Gaussian: `powers[l]` is the expected mean of f_l^2 over
+/// the sphere, for l = 0..=lmax. The mean of every coefficient is 0; add the mean radius to make it
+/// a shape.
 ///
-/// The same seed gives the same numbers, degree by degree: a longer list adds degrees and leaves the lower ones as they are.
+/// The same seed gives the same numbers, degree by degree: a longer list adds degrees and leaves
+/// the lower ones as they are.
 ///
 /// # Errors
-/// [`Error::Parameter`] without powers, with more than [`MAX_DEGREE`] + 1, or when one is negative or not finite.
+/// [`Error::Parameter`] without powers, with more than [`MAX_DEGREE`] + 1, or when one is negative
+/// or not finite.
 pub fn gaussian(powers: &[f64], seed: u64) -> Result<Coefficients> {
     if powers.is_empty() || powers.len() > MAX_DEGREE + 1 {
         return Err(Error::Parameter(format!(
@@ -47,7 +52,7 @@ pub fn gaussian(powers: &[f64], seed: u64) -> Result<Coefficients> {
     Ok(f)
 }
 
-/// Gives two independent standard normal numbers (Box and Muller 1958).
+/// Returns two independent standard normal numbers (Box and Muller 1958).
 fn normal_pair(stream: &mut Stream) -> [f64; 2] {
     let [u, v] = stream.next_2d();
     let radius = (-2.0 * (1.0 - u).ln()).sqrt();
@@ -55,19 +60,23 @@ fn normal_pair(stream: &mut Stream) -> [f64; 2] {
     [radius * cos, radius * sin]
 }
 
-/// Gives powers c_l ~ l^-exponent for l in `first..=last` that add up to `total`; zero below `first`.
+/// Returns powers c_l ~ l^-exponent for l in `first..=last` that add up to `total`; zero below
+/// `first`.
 ///
 /// # Errors
-/// [`Error::Parameter`] unless 1 <= first <= last <= [`MAX_DEGREE`], the exponent is within -10 to 50, and the total finite and not negative.
+/// [`Error::Parameter`] unless 1 <= first <= last <= [`MAX_DEGREE`], the exponent is within -10 to
+/// 50, and the total finite and not negative.
 pub fn power_law(total: f64, exponent: f64, first: usize, last: usize) -> Result<Vec<f64>> {
     if !(1 <= first && first <= last && last <= MAX_DEGREE) {
         return Err(Error::Parameter(format!(
-            "the degrees of a power law must be 1 <= first <= last <= {MAX_DEGREE}, found {first} and {last}"
+            "the degrees of a power law must be 1 <= first <= last <= {MAX_DEGREE}, found {first} \
+             and {last}"
         )));
     }
     if !((-10.0..=50.0).contains(&exponent) && total.is_finite() && total >= 0.0) {
         return Err(Error::Parameter(format!(
-            "a power law needs an exponent within -10 to 50 and a variance that is not negative, found {exponent} and {total}"
+            "a power law needs an exponent within -10 to 50 and a variance that is not negative, \
+             found {exponent} and {total}"
         )));
     }
     // Relative to the first, so that no power leaves the range of f64.
@@ -83,7 +92,8 @@ pub fn power_law(total: f64, exponent: f64, first: usize, last: usize) -> Result
 pub struct GaussianSphere {
     /// The mean radius a, m.
     pub mean_radius: f64,
-    /// The standard deviation of the radius over its mean; 0 is a sphere, rocks and asteroids have 0.1 to 0.3.
+    /// The standard deviation of the radius over its mean; 0 is a sphere, rocks and asteroids have
+    /// 0.1 to 0.3.
     pub sigma: f64,
     /// The exponent of the covariance of the log-radius, c_l ~ l^-nu; large is smooth.
     pub nu: f64,
@@ -104,14 +114,17 @@ pub struct RandomShape {
     pub max: f64,
 }
 
-/// How many times finer than the degree the grid is that the radius is sampled on; exp(s) has harmonics of all degrees.
+/// How many times finer than the degree the grid is that the radius is sampled on; exp(s) has
+/// harmonics of all degrees.
 const OVERSAMPLING: usize = 3;
 
 impl GaussianSphere {
-    /// Draws one shape and projects its radius onto degree `lmax`; the same seed gives the same shape, whatever `lmax`.
+    /// Draws one shape and projects its radius onto degree `lmax`; the same seed gives the same
+    /// shape, whatever `lmax`.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when the mean radius is not positive, sigma not within 0 to 10, or as [`power_law`].
+    /// [`Error::Parameter`] when the mean radius is not positive, sigma not within 0 to 10, or as
+    /// [`power_law`].
     pub fn draw(&self, lmax: usize, seed: u64) -> Result<RandomShape> {
         let (log_radius, scale) = self.log_radius(seed)?;
         let degree = lmax.max(self.last) + 8;
@@ -142,7 +155,8 @@ impl GaussianSphere {
         }
         if !(0.0..=10.0).contains(&self.sigma) {
             return Err(Error::Parameter(format!(
-                "the relative standard deviation of a random sphere must be within 0 to 10, found {}",
+                "the relative standard deviation of a random sphere must be within 0 to 10, found \
+                 {}",
                 self.sigma
             )));
         }
@@ -207,7 +221,8 @@ mod tests {
         assert!((powers[2] / powers[4] - 8.0).abs() <= 1e-14);
     }
 
-    /// 400 seeds; the means of all ten powers are judged together at a false-alarm rate of 1e-3 (the seeds are fixed).
+    /// 400 seeds; the means of all ten powers are judged together at a false-alarm rate of 1e-3
+    /// (the seeds are fixed).
     #[test]
     fn powers_have_their_expectation() {
         let powers = power_law(0.09, 2.0, 1, 10).expect("valid");
@@ -217,15 +232,18 @@ mod tests {
             let found: Vec<f64> = spectra.iter().map(|s| s.degrees()[l].power).collect();
             let estimate = Estimate::of_replicates(&found);
             assert!(estimate.agrees_with(power, 0.0, 10), "degree {l}: {estimate:?}");
-            // The power of degree l is chi-square of 2l + 1 degrees of freedom: relative variance 2 / (2l+1).
+            // The power of degree l is chi-square of 2l + 1 degrees of freedom: relative variance 2
+            // / (2l+1).
             let variance = estimate.standard_error.powi(2) * 400.0;
             let expected = power.powi(2) * 2.0 / (2 * l + 1) as f64;
-            // Its sample over 400 has a relative deviation below 0.25 (kurtosis of l = 1 included): 4 of them are past 1e-4.
+            // Its sample over 400 has a relative deviation below 0.25 (kurtosis of l = 1 included):
+            // 4 of them are past 1e-4.
             assert!((variance / expected - 1.0).abs() <= 1.0, "degree {l}");
         }
     }
 
-    /// 200 seeds; mean and mean square of the radius over the sphere at a false-alarm rate of 1e-3 together (the seeds are fixed).
+    /// 200 seeds; mean and mean square of the radius over the sphere at a false-alarm rate of 1e-3
+    /// together (the seeds are fixed).
     #[test]
     fn gaussian_spheres_have_their_mean_and_variance() {
         let shapes: Vec<Coefficients> =

@@ -1,9 +1,10 @@
 //! The same surface about another centre: a new series for the distance from there.
 //!
-//! The surface point p = f(omega) omega is seen from the centre c in the direction u = (p - c)/|p - c|, and an element d omega of the old
-//! directions covers d u = f h / |p - c|^3 d omega of the new ones, with h(omega) = f^2 - f c . omega + c . grad_S f. So the moments of the new radius,
-//! int |p - c| Y(u) du, are integrals over the old directions: no ray is cast and no equation solved. The new radius exists where h > 0
-//! everywhere; h is a series of degree 2 lmax, so that a bound on it decides this.
+//! The surface point p = f(omega) omega is seen from the centre c in the direction u = (p - c)/|p -
+//! c|, and an element d omega of the old directions covers d u = f h / |p - c|^3 d omega of the new ones, with h(omega) = f^2 - f c . omega + c . grad_S f. So the moments of the new radius,
+//! int |p - c| Y(u) du, are integrals over the old directions: no ray is cast and no equation
+//! solved. The new radius exists where h > 0 everywhere; h is a series of degree 2 lmax, so that a
+//! bound on it decides this.
 
 use std::f64::consts::PI;
 
@@ -21,16 +22,18 @@ use crate::{Error, Result};
 pub struct Recentred {
     /// The series of the distance from the new centre.
     pub coefficients: Coefficients,
-    /// The root mean square, over the directions from the new centre, of the distance between series and surface: what truncation
-    /// leaves, m.
+    /// The root mean square, over the directions from the new centre, of the distance between
+    /// series and surface: what truncation leaves, m.
     pub rms: f64,
     /// The largest such distance at the sampled points, m.
     pub max: f64,
-    /// What the last refinement of the quadrature changed, as an RMS radius, m: how exact the coefficients themselves are.
+    /// What the last refinement of the quadrature changed, as an RMS radius, m: how exact the
+    /// coefficients themselves are.
     pub quadrature: f64,
 }
 
-/// Change between two quadratures, relative to the mean radius, at which the coefficients count as settled.
+/// Change between two quadratures, relative to the mean radius, at which the coefficients count as
+/// settled.
 const SETTLED: f64 = 1e-12;
 
 /// Samples of the finest quadrature.
@@ -39,7 +42,8 @@ const MOST_SAMPLES: usize = 1 << 23;
 /// Samples that are added up together; fixed, so that sums do not depend on the number of threads.
 const SAMPLES_PER_TASK: usize = 4096;
 
-/// Expands the surface r = f(omega) about `centre`, given from the old centre in metres, up to degree `lmax`.
+/// Expands the surface r = f(omega) about `centre`, given from the old centre in metres, up to
+/// degree `lmax`.
 ///
 /// ```
 /// use glam::DVec3;
@@ -54,8 +58,9 @@ const SAMPLES_PER_TASK: usize = 4096;
 /// ```
 ///
 /// # Errors
-/// [`Error::Geometry`] when a radius is not positive, or the surface is not certainly star-shaped about `centre`, with the direction where it
-/// fails; [`Error::Parameter`] when `centre` is not finite or a degree is too high to evaluate.
+/// [`Error::Geometry`] when a radius is not positive, or the surface is not certainly star-shaped
+/// about `centre`, with the direction where it fails; [`Error::Parameter`] when `centre` is not
+/// finite or a degree is too high to evaluate.
 pub fn recentre(f: &Coefficients, centre: DVec3, lmax: usize) -> Result<Recentred> {
     if !centre.is_finite() {
         return Err(Error::Parameter(format!("a centre must be finite, found {centre}")));
@@ -157,7 +162,7 @@ impl View {
         Ok(total.coefficients())
     }
 
-    /// Gives the RMS over directions and the largest of |series - distance|.
+    /// Returns the RMS over directions and the largest of |series - distance|.
     fn errors(&self, found: &Coefficients) -> Result<[f64; 2]> {
         let directions: Vec<DVec3> = self.points.iter().map(|p| p.0).collect();
         let values = Series::new(found)?.values(&directions);
@@ -207,7 +212,8 @@ mod tests {
 
     #[test]
     fn a_shape_that_hides_part_of_itself_is_refused_with_the_direction() {
-        // 1 + 0.8 P_2(cos theta): a dumb-bell along z; from high in the upper lobe the lower one is hidden by the waist.
+        // 1 + 0.8 P_2(cos theta): a dumb-bell along z; from high in the upper lobe the lower one is
+        // hidden by the waist.
         let mut dumbbell = ball().truncated(2);
         dumbbell.set(2, 0, 0.8, 0.0);
         assert!(recentre(&dumbbell, DVec3::new(0.0, 0.0, 0.05), 8).is_ok());

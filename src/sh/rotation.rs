@@ -1,14 +1,17 @@
 //! Rotation of a series: f'(R omega) = f(omega), again a series of the same degree.
 //!
-//! Every rotation is Rz(alpha) Ry(beta) Rz(gamma), and Ry(beta) = Rz(-90) Ry(-90) Rz(beta) Ry(90) Rz(90) (degrees): what is not a turn about z,
-//! where orders only change phase, is one fixed matrix for each degree, Delta^l = d^l(pi/2) of Wigner. It comes from the recurrence of
-//! Trapani and Navaza (Acta Crystallographica A62, 2006, 262-269) over the order m' downwards,
+//! Every rotation is Rz(alpha) Ry(beta) Rz(gamma), and Ry(beta) = Rz(-90) Ry(-90) Rz(beta) Ry(90)
+//! Rz(90) (degrees): what is not a turn about z, where orders only change phase, is one fixed
+//! matrix for each degree, Delta^l = d^l(pi/2) of Wigner. It comes from the recurrence of Trapani
+//! and Navaza (Acta Crystallographica A62, 2006, 262-269) over the order m' downwards,
 //!
 //! Delta^l_(l m) = (-1)^(l-m) 2^-l sqrt((2l)! / ((l+m)! (l-m)!)),
-//! sqrt((l+m')(l-m'+1)) Delta^l_(m'-1,m) = 2m Delta^l_(m',m) - sqrt((l-m')(l+m'+1)) Delta^l_(m'+1,m),
+//! sqrt((l+m')(l-m'+1)) Delta^l_(m'-1,m) = 2m Delta^l_(m',m) - sqrt((l-m')(l+m'+1))
+//! Delta^l_(m'+1,m),
 //!
-//! which is stable for m <= m', where values grow or oscillate; symmetry gives the others. Turns about y mix cosines with
-//! cosines and sines with sines only: they are even and odd under the reflection y -> -y.
+//! which is stable for m <= m', where values grow or oscillate; symmetry gives the others. Turns
+//! about y mix cosines with cosines and sines with sines only: they are even and odd under the
+//! reflection y -> -y.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -20,8 +23,8 @@ use crate::math::{EulerAngles, Rotation};
 
 /// Rotates a function: the result at R omega is f at omega. Degrees do not mix, and sigma_l stays.
 ///
-/// The work is O(lmax^3), the memory 8 lmax^2 bytes a thread. Errors are roundings: about 1e-15 sigma_l at degree 32, 1e-13 at degree
-/// 1000.
+/// The work is O(lmax^3), the memory 8 lmax^2 bytes a thread. Errors are roundings: about 1e-15
+/// sigma_l at degree 32, 1e-13 at degree 1000.
 ///
 /// ```
 /// use glam::DVec3;
@@ -123,8 +126,9 @@ impl QuarterTurn {
         self.apply(row, sign)
     }
 
-    /// Multiplies by the real form of Delta: with Delta_(m',-m) = (-1)^(l+m') Delta_(m',m), cosines of order m reach order m' where l + m + m' is
-    /// even, sines where it is odd. `factor` takes m + m'.
+    /// Multiplies by the real form of Delta: with Delta_(m',-m) = (-1)^(l+m') Delta_(m',m), cosines
+    /// of order m reach order m' where l + m + m' is even, sines where it is odd. `factor` takes
+    /// m + m'.
     fn apply(&self, row: &Row, factor: impl Fn(usize) -> f64) -> Row {
         let n = self.l + 1;
         let mut result = Row { a: vec![0.0; n], b: vec![0.0; n] };
@@ -142,7 +146,8 @@ impl QuarterTurn {
     }
 }
 
-/// Gives Delta^l_(l,m), m = 0..=l, from m = 0 upwards: there it falls, so that what underflows stays without effect.
+/// Returns Delta^l_(l,m), m = 0..=l, from m = 0 upwards: there it falls, so that what underflows
+/// stays without effect.
 fn last_row(l: usize) -> Vec<f64> {
     let central: f64 = (1..=l).map(|k| ((2 * k - 1) as f64 / (2 * k) as f64).sqrt()).product();
     let step = |value: &mut f64, m: usize| {
@@ -153,7 +158,7 @@ fn last_row(l: usize) -> Vec<f64> {
     (0..=l).scan(central, step).collect()
 }
 
-/// Gives (-1)^n.
+/// Returns (-1)^n.
 const fn sign(n: usize) -> f64 {
     if n.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
@@ -198,7 +203,8 @@ mod tests {
 
     #[test]
     fn degree_one_turns_as_a_vector() {
-        // f = v . omega with A_10 = z, A_11 = -sqrt(2) x, B_11 = -sqrt(2) y, since Q_1^1 = -sin(theta)/sqrt(2).
+        // f = v . omega with A_10 = z, A_11 = -sqrt(2) x, B_11 = -sqrt(2) y, since Q_1^1 =
+        // -sin(theta)/sqrt(2).
         let vector = |c: &Coefficients| {
             let (a, b) = c.get(1, 1);
             DVec3::new(-a / 2.0_f64.sqrt(), -b / 2.0_f64.sqrt(), c.get(1, 0).0)
@@ -221,7 +227,8 @@ mod tests {
                 for i in 0..40 {
                     let w = uniform_sphere([(f64::from(i) + 0.5) / 40.0, f64::from(i) * 0.618]);
                     let error = (g.value((rotation.matrix() * w).normalize()) - f.value(w)).abs();
-                    // The directions carry 1e-16 each, which the slope, up to lmax sigma_l, turns into errors of the values.
+                    // The directions carry 1e-16 each, which the slope, up to lmax sigma_l, turns
+                    // into errors of the values.
                     assert!(error <= tolerance * scale, "degree {lmax}: {error:e}");
                 }
             }

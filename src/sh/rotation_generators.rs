@@ -1,7 +1,9 @@
-//! Derivatives of a series along infinitesimal rotations: L = omega x grad_S, again series of the same degree.
+//! Derivatives of a series along infinitesimal rotations: L = omega x grad_S, again series of the
+//! same degree.
 //!
-//! With c_m the complex coefficients of Q_l^m e^(i m phi), the ladder J_+- Y_m = sqrt((l -+ m)(l +- m + 1)) Y_(m+-1) gives L_x = i (J_+ + J_-)/2,
-//! L_y = (J_+ - J_-)/2, L_z = i J_z. The derivative of f along the great circle about the axis u is (u . L) f.
+//! With c_m the complex coefficients of Q_l^m e^(i m phi), the ladder J_+- Y_m = sqrt((l -+ m)(l +-
+//! m + 1)) Y_(m+-1) gives L_x = i (J_+ + J_-)/2, L_y = (J_+ - J_-)/2, L_z = i J_z. The derivative
+//! of f along the great circle about the axis u is (u . L) f.
 
 use rustfft::num_complex::Complex;
 
@@ -33,7 +35,8 @@ pub fn rotation_derivatives(f: &Coefficients) -> [Coefficients; 3] {
     result
 }
 
-/// Gives c_m, the complex coefficient of Q_l^m e^(i m phi), for m of either sign: c_(-m) = (-1)^m conj(c_m).
+/// Returns c_m, the complex coefficient of Q_l^m e^(i m phi), for m of either sign: c_(-m) = (-1)^m
+/// conj(c_m).
 fn signed(f: &Coefficients, l: usize, m: isize) -> Complex<f64> {
     let (a, b) = f.get(l, m.unsigned_abs());
     let half = if m == 0 { 1.0 } else { 0.5 };

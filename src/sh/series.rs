@@ -1,7 +1,8 @@
 //! Values and gradients of a spherical-harmonic series at a direction.
 //!
-//! The series is evaluated as the polynomial F(x, y, z) = sum_m sum_l R_l^m(z) Re[(A_lm - i B_lm)(x + iy)^m], see `legendre`. Its
-//! Cartesian gradient, made tangential, is the surface gradient; d R_l^m / dz = -sqrt((l-m)(l+m+1)) R_l^(m+1).
+//! The series is evaluated as the polynomial F(x, y, z) = sum_m sum_l R_l^m(z) Re[(A_lm - i
+//! B_lm)(x + iy)^m], see `legendre`. Its Cartesian gradient, made tangential, is the surface
+//! gradient; d R_l^m / dz = -sqrt((l-m)(l+m+1)) R_l^(m+1).
 
 use std::sync::OnceLock;
 
@@ -37,7 +38,8 @@ pub struct Series {
     recurrence: Recurrence,
     /// Per row of the recurrence: A_lm, B_lm.
     values: Vec<[Lanes; 2]>,
-    /// Per row: what R_l^m contributes to d/dz, that is -sqrt((l-m+1)(l+m)) times A and B of (l, m-1).
+    /// Per row: what R_l^m contributes to d/dz, that is -sqrt((l-m+1)(l+m)) times A and B of (l,
+    /// m-1).
     slopes: Vec<[Lanes; 2]>,
     /// For many directions at once; made when first asked for.
     batch: OnceLock<Batch>,
@@ -57,12 +59,14 @@ impl Series {
     /// Prepares the evaluation of a series.
     ///
     /// # Errors
-    /// [`Error::Parameter`] above degree [`MAX_DEGREE`], where the Legendre functions leave the range of f64.
+    /// [`Error::Parameter`] above degree [`MAX_DEGREE`], where the Legendre functions leave the
+    /// range of f64.
     pub fn new(coefficients: &Coefficients) -> Result<Self> {
         let lmax = coefficients.lmax();
         if lmax > MAX_DEGREE {
             return Err(Error::Parameter(format!(
-                "degree {lmax} is above {MAX_DEGREE}, the highest that f64 can evaluate; truncate the series"
+                "degree {lmax} is above {MAX_DEGREE}, the highest that f64 can evaluate; truncate \
+                 the series"
             )));
         }
         let pair = |entry: &dyn Fn(usize, usize) -> (f64, f64)| -> Vec<[Lanes; 2]> {
@@ -80,7 +84,7 @@ impl Series {
         })
     }
 
-    /// Gives the coefficients the series was made from.
+    /// Returns the coefficients the series was made from.
     pub fn coefficients(&self) -> &Coefficients {
         &self.coefficients
     }
@@ -95,7 +99,8 @@ impl Series {
         dispatch!(self.level, simd => self.jet_simd(simd, direction))
     }
 
-    /// Evaluates f at many unit vectors, on all threads; the same to rounding as [`Series::value`] at each, and several times as fast.
+    /// Evaluates f at many unit vectors, on all threads; the same to rounding as [`Series::value`]
+    /// at each, and several times as fast.
     pub fn values(&self, directions: &[DVec3]) -> Vec<f64> {
         let mut values = vec![0.0; directions.len()];
         values
@@ -105,7 +110,8 @@ impl Series {
         values
     }
 
-    /// Evaluates f and its surface gradient at many unit vectors, on all threads; see [`Series::values`].
+    /// Evaluates f and its surface gradient at many unit vectors, on all threads; see
+    /// [`Series::values`].
     pub fn jets(&self, directions: &[DVec3]) -> Vec<Jet> {
         let mut jets = vec![Jet { value: 0.0, gradient: DVec3::ZERO }; directions.len()];
         jets.par_chunks_mut(PER_TASK)
@@ -134,7 +140,8 @@ impl Series {
     fn jet_simd<S: Simd>(&self, simd: S, w: DVec3) -> Jet {
         let zero = f64x8::splat(simd, 0.0);
         let mut powers = Powers::new(simd, w.x, w.y);
-        // (x + iy)^(m-1): the powers moved up by one lane, the last lane of the block before entering.
+        // (x + iy)^(m-1): the powers moved up by one lane, the last lane of the block before
+        // entering.
         let (mut previous_re, mut previous_im) = (zero, zero);
         let mut orders = f64x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
         let [mut f, mut fx, mut fy, mut fz] = [zero; 4];
@@ -189,7 +196,8 @@ impl Series {
     }
 }
 
-/// Gives what (A, B) of (l, m - 1) contribute to d/dz by R_l^m, since d R_l^m / dz = -sqrt((l-m)(l+m+1)) R_l^(m+1).
+/// Returns what (A, B) of (l, m - 1) contribute to d/dz by R_l^m, since d R_l^m / dz =
+/// -sqrt((l-m)(l+m+1)) R_l^(m+1).
 pub(super) fn slope(coefficients: &Coefficients, l: usize, m: usize) -> (f64, f64) {
     if m == 0 {
         return (0.0, 0.0);
@@ -276,7 +284,8 @@ mod tests {
                 assert_eq!((values.len(), jets.len()), (count, count));
                 for ((w, value), jet) in directions.iter().zip(values).zip(jets) {
                     let one = f.jet(*w);
-                    // Sums of lmax^2 terms of order 1/lmax, and as many times lmax for the gradient.
+                    // Sums of lmax^2 terms of order 1/lmax, and as many times lmax for the
+                    // gradient.
                     let tolerance = 1e-15 * (8 + lmax * lmax) as f64;
                     assert!((value - one.value).abs() <= tolerance);
                     assert!((jet.value - one.value).abs() <= tolerance);

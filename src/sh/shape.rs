@@ -1,8 +1,10 @@
-//! Integrals over the body r <= f(omega): volume, centroid and inertia, exact from its coefficients, and area to a stated error.
+//! Integrals over the body r <= f(omega): volume, centroid and inertia, exact from its
+//! coefficients, and area to a stated error.
 //!
-//! V = 1/3 int f^3, centroid int f^4 omega / (4V), inertia about the origin 1/5 int f^5 (delta_ij - omega_i omega_j): polynomials of degrees 3 lmax,
-//! 4 lmax + 1 and 5 lmax + 2, for which Gauss-Legendre grids are exact. The area, int f sqrt(f^2 + |grad_S f|^2), is not a polynomial; its
-//! integrand is smooth, so that the error of finer and finer grids falls geometrically.
+//! V = 1/3 int f^3, centroid int f^4 omega / (4V), inertia about the origin 1/5 int f^5 (delta_ij -
+//! omega_i omega_j): polynomials of degrees 3 lmax, 4 lmax + 1 and 5 lmax + 2, for which
+//! Gauss-Legendre grids are exact. The area, int f sqrt(f^2 + |grad_S f|^2), is not a polynomial;
+//! its integrand is smooth, so that the error of finer and finer grids falls geometrically.
 
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, SymmetricEigen};
@@ -37,12 +39,13 @@ pub struct PrincipalAxes {
 pub struct Area {
     /// The area, m2.
     pub value: f64,
-    /// What the last refinement of the grid changed, m2: an upper estimate of the error, since each refinement leaves a small
-    /// fraction of the one before.
+    /// What the last refinement of the grid changed, m2: an upper estimate of the error, since each
+    /// refinement leaves a small fraction of the one before.
     pub error: f64,
 }
 
-/// Gives the volume of the body, V = 1/3 int f^3 d omega, by a Gauss-Legendre grid that is exact for degree 3 lmax.
+/// Returns the volume of the body, V = 1/3 int f^3 d omega, by a Gauss-Legendre grid that is exact
+/// for degree 3 lmax.
 ///
 /// # Errors
 /// As [`synthesis`]: a degree too high to evaluate.
@@ -57,7 +60,7 @@ pub(super) fn exact_grid(degree: usize) -> Grid {
     Grid::gauss_legendre(degree / 2 + 1, degree + 1)
 }
 
-/// Refuses radii that are not positive: then the body is not what the integrals describe.
+/// Rejects radii that are not positive: then the body is not what the integrals describe.
 pub(super) fn require_positive(radii: &[f64], grid: &Grid) -> Result<()> {
     let worst = radii.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
     match worst {
@@ -92,7 +95,8 @@ impl Solid {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Geometry`] when a radius is not positive; [`Error::Parameter`] for a degree too high to evaluate.
+    /// [`Error::Geometry`] when a radius is not positive; [`Error::Parameter`] for a degree too
+    /// high to evaluate.
     pub fn of(f: &Coefficients) -> Result<Self> {
         let grid = exact_grid(5 * f.lmax() + 2);
         let radii = synthesis(f, &grid)?;
@@ -129,7 +133,7 @@ impl Solid {
     }
 }
 
-/// Gives x x^T.
+/// Returns x x^T.
 fn outer(x: DVec3) -> DMat3 {
     DMat3::from_cols(x.x * x, x.y * x, x.z * x)
 }
@@ -140,16 +144,19 @@ fn about_point(second: DMat3) -> DMat3 {
     DMat3::from_diagonal(DVec3::splat(trace)) - second
 }
 
-/// Samples of the finest grid that the area is taken on: more would not fit memory as a matter of course.
+/// Samples of the finest grid that the area is taken on: more would not fit memory as a matter of
+/// course.
 const MOST_SAMPLES: usize = 1 << 24;
 
 /// Relative change between two grids at which the area counts as settled.
 const SETTLED: f64 = 1e-12;
 
-/// Integrates the area of the body's surface on finer and finer grids until it settles to 1e-12, or up to 2^24 samples.
+/// Integrates the area of the body's surface on finer and finer grids until it settles to 1e-12, or
+/// up to 2^24 samples.
 ///
 /// # Errors
-/// [`Error::Geometry`] when a radius is not positive; [`Error::Parameter`] for a degree too high to evaluate.
+/// [`Error::Geometry`] when a radius is not positive; [`Error::Parameter`] for a degree too high to
+/// evaluate.
 pub fn area(f: &Coefficients) -> Result<Area> {
     let slopes = rotation_derivatives(f);
     let mut rings = f.lmax() + 9;
@@ -260,8 +267,9 @@ mod tests {
         assert!((area.value - 16.0 * PI).abs() <= area.error && area.error <= 1e-12);
     }
 
-    /// To the truncation error delta = f - f_l: |dV| = |int f^2 delta + ...| <= 4 pi R^2 rms(delta), with R above both radii, by Cauchy
-    /// and Schwarz; |d int f^4 omega / 4| <= 4 pi R^3 rms, |d int f^5 ... / 5| <= 4 pi R^4 rms in the same way.
+    /// To the truncation error delta = f - f_l: |dV| = |int f^2 delta + ...| <= 4 pi R^2
+    /// rms(delta), with R above both radii, by Cauchy and Schwarz; |d int f^4 omega / 4| <= 4 pi
+    /// R^3 rms, |d int f^5 ... / 5| <= 4 pi R^4 rms in the same way.
     #[test]
     fn offset_sphere_is_met_to_the_truncation_error() {
         let centre = DVec3::new(0.2, -0.3, 0.1);

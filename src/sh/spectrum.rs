@@ -1,7 +1,8 @@
 //! The power spectrum of a series: how much of it each degree carries.
 //!
-//! sigma_l^2 = A_l0^2 + 1/2 sum_(m>0) (A^2 + B^2) is the degree variance of `docs/conventions.md`; the power P_l = sigma_l^2 / (2l+1) is the mean of
-//! f_l^2 over the sphere, which pyshtools calls the power per degree of 4pi-normalised coefficients. The powers add up to the mean of f^2.
+//! sigma_l^2 = A_l0^2 + 1/2 sum_(m>0) (A^2 + B^2) is the degree variance of `docs/conventions.md`;
+//! the power P_l = sigma_l^2 / (2l+1) is the mean of f_l^2 over the sphere, which pyshtools calls
+//! the power per degree of 4pi-normalised coefficients. The powers add up to the mean of f^2.
 
 use super::Coefficients;
 
@@ -16,7 +17,8 @@ pub struct DegreePower {
     pub power: f64,
     /// The root mean square of f_l, the square root of the power.
     pub amplitude: f64,
-    /// The share of degrees 1 to l in the variance of f about its mean, 0 to 1; 1 throughout for a constant.
+    /// The share of degrees 1 to l in the variance of f about its mean, 0 to 1; 1 throughout for a
+    /// constant.
     pub cumulative: f64,
     /// The root mean square of all degrees above l: the error of truncation at l.
     pub remainder: f64,
@@ -52,24 +54,24 @@ impl Spectrum {
         Self { degrees, mean: f.mean() }
     }
 
-    /// Gives the degrees 0 to lmax in ascending order.
+    /// Returns the degrees 0 to lmax in ascending order.
     pub fn degrees(&self) -> &[DegreePower] {
         &self.degrees
     }
 
-    /// Gives the root mean square of f about its mean.
+    /// Returns the root mean square of f about its mean.
     pub fn deviation(&self) -> f64 {
         self.degrees.first().map_or(0.0, |zero| zero.remainder)
     }
 
-    /// Gives the root mean square of |grad_S f|, per radian: the square root of sum l(l+1) P_l.
+    /// Returns the root mean square of |grad_S f|, per radian: the square root of sum l(l+1) P_l.
     pub fn slope(&self) -> f64 {
         let slope = |d: &DegreePower| (d.degree * (d.degree + 1)) as f64 * d.power;
         self.degrees.iter().map(slope).sum::<f64>().sqrt()
     }
 
-    /// Gives the roughness of a shape, its RMS slope over its mean radius: the tangent of a typical tilt of the surface against
-    /// the sphere. Infinite or NaN for a mean of 0.
+    /// Returns the roughness of a shape, its RMS slope over its mean radius: the tangent of a
+    /// typical tilt of the surface against the sphere. Infinite or NaN for a mean of 0.
     pub fn roughness(&self) -> f64 {
         self.slope() / self.mean.abs()
     }

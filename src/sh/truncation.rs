@@ -1,7 +1,9 @@
-//! What truncation leaves out, bounded everywhere: the largest |sum_{l > degree} f_l| and the largest slope of that tail.
+//! What truncation leaves out, bounded everywhere: the largest |sum_{l > degree} f_l| and the
+//! largest slope of that tail.
 //!
-//! The tail is again a series of degree lmax, so samples bound it as they bound f (see `bounds`); the sum of sigma_l over the tail is about three
-//! times as much. The smallest degree that is good enough is found by halving. It takes few samples: those of a grid bound the tail from below as
+//! The tail is again a series of degree lmax, so samples bound it as they bound f (see `bounds`);
+//! the sum of sigma_l over the tail is about three times as much. The smallest degree that is good
+//! enough is found by halving. It takes few samples: those of a grid bound the tail from below as
 //! they are and from above when inflated, and only a degree between the two needs a finer grid.
 
 use std::f64::consts::PI;
@@ -20,13 +22,15 @@ pub struct TruncationError {
     pub slope: f64,
 }
 
-/// Rings of a grid per degree of the series, coarse to fine: the samples, inflated by 1/cos^2(pi / 2k), are at most 2, 1.18 and 1.04 times too large.
+/// Rings of a grid per degree of the series, coarse to fine: the samples, inflated by 1/cos^2(pi /
+/// 2k), are at most 2, 1.18 and 1.04 times too large.
 const RINGS: [usize; 3] = [2, 4, 8];
 
 /// The most rings for the slope, which takes three series.
 const SLOPE_RINGS: usize = 4;
 
-/// Bounds what truncation to `degree` leaves out; both bounds are 0 from degree lmax on, and at most 4 % (the slope 18 %) above the largest sample.
+/// Bounds what truncation to `degree` leaves out; both bounds are 0 from degree lmax on, and at
+/// most 4 % (the slope 18 %) above the largest sample.
 ///
 /// # Errors
 /// As [`super::synthesis`]: a degree too high to evaluate.
@@ -39,8 +43,10 @@ pub fn truncation_error(f: &Coefficients, degree: usize) -> Result<TruncationErr
     Ok(TruncationError { degree, value, slope })
 }
 
-/// Finds a degree whose bounds of value and slope are accepted while those of the degree below are not; where they fall as the degree rises, that is the
-/// smallest of all. What accepts two bounds must accept smaller ones. The answer carries its own bounds, as tight as those of [`truncation_error`].
+/// Finds a degree whose bounds of value and slope are accepted while those of the degree below are
+/// not; where they fall as the degree rises, that is the smallest of all. What accepts two bounds
+/// must accept smaller ones. The answer carries its own bounds, as tight as those of
+/// [`truncation_error`].
 ///
 /// # Errors
 /// As [`super::synthesis`]: a degree too high to evaluate.
@@ -66,7 +72,7 @@ pub fn sufficient_degree(
     Ok(TruncationError { degree: f.lmax(), value: 0.0, slope: 0.0 })
 }
 
-/// Tells whether the bounds of a degree are accepted, on grids no finer than it takes to tell.
+/// Whether the bounds of a degree are accepted, on grids no finer than it takes to tell.
 fn is_sufficient(
     f: &Coefficients,
     degree: usize,
@@ -92,7 +98,7 @@ fn is_sufficient(
     Ok(false)
 }
 
-/// Gives the part of a series above a degree; nothing if there is none.
+/// Returns the part of a series above a degree; nothing if there is none.
 fn tail(f: &Coefficients, degree: usize) -> Option<Coefficients> {
     if degree >= f.lmax() {
         return None;
@@ -104,14 +110,14 @@ fn tail(f: &Coefficients, degree: usize) -> Option<Coefficients> {
     Some(tail)
 }
 
-/// Gives bounds of the largest |g|, below and above.
+/// Returns bounds of the largest |g|, below and above.
 fn value_bracket(g: &Coefficients, rings: usize) -> Result<(f64, f64)> {
     let transform = Transform::new(g.lmax(), grid(g, rings))?;
     let largest = transform.synthesis(g)?.into_iter().fold(0.0, |a: f64, x| a.max(x.abs()));
     Ok((largest - rounding(g), largest * inflation(rings) + rounding(g)))
 }
 
-/// Gives bounds of the largest |grad_S g|, below and above.
+/// Returns bounds of the largest |grad_S g|, below and above.
 fn slope_bracket(g: &Coefficients, rings: usize) -> Result<(f64, f64)> {
     let transform = Transform::new(g.lmax(), grid(g, rings))?;
     let derivatives = rotation_derivatives(g);
@@ -131,7 +137,7 @@ fn grid(g: &Coefficients, rings: usize) -> Grid {
     Grid::equispaced(half, 2 * half)
 }
 
-/// Gives 1/cos^2(pi lmax / n) for n = 2 rings lmax samples around.
+/// Returns 1/cos^2(pi lmax / n) for n = 2 rings lmax samples around.
 fn inflation(rings: usize) -> f64 {
     (PI / (2 * rings) as f64).cos().powi(-2)
 }
@@ -150,7 +156,7 @@ mod tests {
         f
     }
 
-    /// Gives the largest difference of value and of gradient over 20 000 directions.
+    /// Returns the largest difference of value and of gradient over 20 000 directions.
     fn sampled(f: &Coefficients, degree: usize) -> (f64, f64) {
         let (whole, low) = (Series::new(f), Series::new(&f.truncated(degree)));
         let (whole, low) = (whole.expect("valid"), low.expect("valid"));

@@ -1,13 +1,16 @@
-//! The two-step recurrence of the Legendre functions, in the square of z (Ishioka 2018): what the fast sums over degrees run on.
+//! The two-step recurrence of the Legendre functions, in the square of z (Ishioka 2018): what the
+//! fast sums over degrees run on.
 //!
-//! With N_l^m = sqrt(2l+1) Q_l^m / sin^m(theta) and e_l = sqrt((l^2 - m^2) / (4 l^2 - 1)), z N_l = e_(l+1) N_(l+1) + e_l N_(l-1). Twice that gives, for the
-//! functions of odd l - m divided by z, N_(m+2k+1) / z = s_k p_k with scales s_k chosen so that the last factor is 1,
+//! With N_l^m = sqrt(2l+1) Q_l^m / sin^m(theta) and e_l = sqrt((l^2 - m^2) / (4 l^2 - 1)), z N_l =
+//! e_(l+1) N_(l+1) + e_l N_(l-1). Twice that gives, for the functions of odd l - m divided by z,
+//! N_(m+2k+1) / z = s_k p_k with scales s_k chosen so that the last factor is 1,
 //!
 //! p_(k+1) = (a_k z^2 + b_k) p_k - p_(k-1);
 //!
-//! those of even l - m follow without division, N_(m+2k) = e_(m+2k+1) s_k p_k + e_(m+2k) s_(k-1) p_(k-1). So one multiplication serves two degrees, and
-//! sums with coefficients go over the p_k alone, after the coefficients were folded once. Dividing by sin^m keeps the start p_0 the same at every
-//! theta and far from underflow (see `legendre`).
+//! those of even l - m follow without division, N_(m+2k) = e_(m+2k+1) s_k p_k + e_(m+2k) s_(k-1)
+//! p_(k-1). So one multiplication serves two degrees, and sums with coefficients go over the p_k
+//! alone, after the coefficients were folded once. Dividing by sin^m keeps the start p_0 the same
+//! at every theta and far from underflow (see `legendre`).
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
@@ -62,22 +65,23 @@ impl TwoStep {
         Self { lmax, orders, steps }
     }
 
-    /// Gives the truncation degree.
+    /// Returns the truncation degree.
     pub(super) fn lmax(&self) -> usize {
         self.lmax
     }
 
-    /// Gives p_0 of order `m`.
+    /// Returns p_0 of order `m`.
     pub(super) fn start(&self, m: usize) -> f64 {
         self.orders[m].1
     }
 
-    /// Gives the steps of order `m`.
+    /// Returns the steps of order `m`.
     pub(super) fn steps(&self, m: usize) -> &[Step] {
         &self.steps[self.orders[m].0..self.orders[m + 1].0]
     }
 
-    /// Folds the coefficients of order `m`, l = m upwards, for sums over p_k: sum_l A_l Q_l / sin^m = sum_k p_k (even_k + z odd_k).
+    /// Folds the coefficients of order `m`, l = m upwards, for sums over p_k: sum_l A_l Q_l / sin^m
+    /// = sum_k p_k (even_k + z odd_k).
     pub(super) fn fold(
         &self,
         m: usize,
@@ -100,7 +104,8 @@ impl TwoStep {
         }));
     }
 
-    /// Unfolds sums of order `m` over nodes, sum f p_k and sum f z p_k, into moments of f against Q_l / sin^m: the transpose of [`TwoStep::fold`].
+    /// Unfolds sums of order `m` over nodes, sum f p_k and sum f z p_k, into moments of f against
+    /// Q_l / sin^m: the transpose of [`TwoStep::fold`].
     pub(super) fn unfold(&self, m: usize, sums: &[Quad], mut moment: impl FnMut(usize, f64, f64)) {
         let mut below = (0.0, 0.0);
         for (k, (step, sum)) in self.steps(m).iter().zip(sums).enumerate() {
@@ -189,7 +194,7 @@ fn push_order(lmax: usize, m: usize, steps: &mut Vec<Step>) {
 mod tests {
     use super::*;
 
-    /// Gives Q_l^m(z) / sin^m by folding a unit coefficient.
+    /// Returns Q_l^m(z) / sin^m by folding a unit coefficient.
     fn function(recurrence: &TwoStep, l: usize, m: usize, z: f64) -> f64 {
         let mut folded = Vec::new();
         recurrence.fold(

@@ -1,14 +1,17 @@
-//! Many things to do, one after the other on each thread: no more of them exist at once than there are threads.
+//! Many things to do, one after the other on each thread: no more of them exist at once than there
+//! are threads.
 
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Does `job` for each item, several at once, and gives the results in the order of the items; `None` for those left undone.
+/// Does `job` for each item, several at once, and gives the results in the order of the items;
+/// `None` for those left undone.
 ///
-/// As many items are under way as the pool has threads, each on a thread of its own that lends its inner parallel work to the pool: memory is bounded by
-/// the largest few, and a result depends on its item alone. `watch` sees each result as it comes, in any order, with the number done; it ends the
-/// work by `Break`, after what is under way.
+/// As many items are under way as the pool has threads, each on a thread of its own that lends its
+/// inner parallel work to the pool: memory is bounded by the largest few, and a result depends on
+/// its item alone. `watch` sees each result as it comes, in any order, with the number done; it
+/// ends the work by `Break`, after what is under way.
 ///
 /// # Panics
 /// When `job` does: a programmer's error.

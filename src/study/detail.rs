@@ -1,16 +1,22 @@
-//! Level of detail with a certificate: the lowest degree at which an SH object, seen by a camera, looks the same within a tolerance.
+//! Level of detail with a certificate: the lowest degree at which an SH object, seen by a camera,
+//! looks the same within a tolerance.
 //!
-//! Let t = f - f' be what truncation leaves out, |t| <= e and |grad_S t| <= s everywhere (see [`crate::sh::TruncationError`]).
+//! Let t = f - f' be what truncation leaves out, |t| <= e and |grad_S t| <= s everywhere (see
+//! [`crate::sh::TruncationError`]).
 //!
-//! * Position. In every direction from the centre the surface moves by |t|, at most by E = k e in the room, k the scale of the object. How far
-//!   that is in the picture, pixels, [`Camera::movement`] bounds for every lens.
-//! * Normal. An outward normal is n = f e_r - grad_S f, of length f at least; that of the truncated series in the same direction is off by
-//!   -t e_r + grad_S t, that is by sqrt(e^2 + s^2) at most. The line of n' passes the tip of n at |n - n'| at most, so the angle between the
-//!   two has a sine of at most sqrt(e^2 + s^2) / min f. (On an image the truncated surface may also show another direction at a pixel; that
-//!   is the error of position.) This is the largest turn anywhere: without its last degree of 32 the head turns normals about its ears by 9
-//!   degrees, though half of its normals turn by less than 2. So it counts only where it is asked for.
+//! * Position. In every direction from the centre the surface moves by |t|, at most by E = k e in
+//!   the room, k the scale of the object. How far that is in the picture, pixels,
+//!   [`Camera::movement`] bounds for every lens.
+//! * Normal. An outward normal is n = f e_r - grad_S f, of length f at least; that of the truncated
+//!   series in the same direction is off by -t e_r + grad_S t, that is by sqrt(e^2 + s^2) at most.
+//!   The line of n' passes the tip of n at |n - n'| at most, so the angle between the two has a
+//!   sine of at most sqrt(e^2 + s^2) / min f. (On an image the truncated surface may also show
+//!   another direction at a pixel; that is the error of position.) This is the largest turn
+//!   anywhere: without its last degree of 32 the head turns normals about its ears by 9 degrees,
+//!   though half of its normals turn by less than 2. So it counts only where it is asked for.
 //!
-//! What is seen in other ways (shadows, light that is reflected) follows the truncated shape too and is not in the pixels.
+//! What is seen in other ways (shadows, light that is reflected) follows the truncated shape too
+//! and is not in the pixels.
 
 use std::f64::consts::PI;
 
@@ -27,7 +33,8 @@ pub struct Detail {
     pub degree: usize,
     /// The degree of the whole series.
     pub full_degree: usize,
-    /// The distance of the eye (of the film, where all rays are parallel) from the ball that holds the object, metres; 0 inside.
+    /// The distance of the eye (of the film, where all rays are parallel) from the ball that holds
+    /// the object, metres; 0 inside.
     pub distance: f64,
     /// The largest distance, metres, by which the surface moves.
     pub error: f64,
@@ -40,11 +47,13 @@ pub struct Detail {
     pub degree_by_pixels: usize,
 }
 
-/// The part of the smallest radius that truncation may take away: what is left is certainly star-shaped.
+/// The part of the smallest radius that truncation may take away: what is left is certainly
+/// star-shaped.
 const LARGEST_SHARE: f64 = 0.5;
 
-/// Chooses the degree of an object whose radius is `series`, placed in a room, for a picture. It is the full degree if the eye is within
-/// the ball that holds the object, if a tolerance is 0, and if nothing lower will do.
+/// Chooses the degree of an object whose radius is `series`, placed in a room, for a picture. It is
+/// the full degree if the eye is within the ball that holds the object, if a tolerance is 0, and if
+/// nothing lower will do.
 ///
 /// # Errors
 /// [`crate::Error::Parameter`] for a degree too high to evaluate.
@@ -173,12 +182,13 @@ mod tests {
             }
             assert!(found.degree < 24 && found.pixels <= 0.25, "{found:?}");
             assert!(moved <= found.pixels && turned <= found.normal, "{moved} {turned} {found:?}");
-            // From the front and from the middle of the image: the bound takes the corner and the nearest point.
+            // From the front and from the middle of the image: the bound takes the corner and the
+            // nearest point.
             assert!(found.pixels <= 4.0 * moved, "{moved} {found:?}");
         }
     }
 
-    /// Gives where a point is in the image of `camera()`, pixels.
+    /// Returns where a point is in the image of `camera()`, pixels.
     fn film(point: DVec3) -> DVec2 {
         camera().project(point).expect("in front").film
     }

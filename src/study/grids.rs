@@ -1,4 +1,5 @@
-//! Grids of sensors: from what a scene file says to points, in the cell centres of what the border leaves.
+//! Grids of sensors: from what a scene file says to points, in the cell centres of what the border
+//! leaves.
 
 use glam::DVec3;
 
@@ -18,7 +19,8 @@ pub(super) struct Field {
 /// The most sensors of one grid.
 pub(super) const MAX_SENSORS: f64 = 1e6;
 
-/// Lays the sensors of a grid out; a grid at a height covers `extent`. Empty when the border leaves nothing.
+/// Lays the sensors of a grid out; a grid at a height covers `extent`. Empty when the border leaves
+/// nothing.
 ///
 /// # Errors
 /// The number of sensors, when it is above [`MAX_SENSORS`].
@@ -88,7 +90,7 @@ fn field(place: &GridPlace, file: &SceneFile, extent: Aabb) -> Option<Field> {
     }
 }
 
-/// Gives a face of a box, on the side its normal points to.
+/// Returns a face of a box, on the side its normal points to.
 pub(super) fn face_of(spec: &BoxSpec, face: BoxFace) -> Field {
     let axis = face.axis();
     let upper = matches!(face, BoxFace::XMax | BoxFace::YMax | BoxFace::ZMax);
@@ -117,7 +119,8 @@ fn counts(layout: GridLayout, lengths: [f64; 2]) -> [u32; 2] {
     }
 }
 
-/// Gives the largest cell by EN 12464-1: p = 0.2 * 5^(log10 d), at most 10 m; d is the longer side, or the shorter one where the ratio is 2 or more.
+/// Returns the largest cell by EN 12464-1: p = 0.2 * 5^(log10 d), at most 10 m; d is the longer
+/// side, or the shorter one where the ratio is 2 or more.
 fn en12464_spacing([a, b]: [f64; 2]) -> f64 {
     let (long, short) = (a.max(b), a.min(b));
     let d = if long / short >= 2.0 { short } else { long };
@@ -130,7 +133,8 @@ mod tests {
 
     #[test]
     fn spacing_follows_the_standard() {
-        // EN 12464-1, table A.1: 0.4 m -> 0.15 (rounded up there), 1 m -> 0.2, 5 m -> 0.6, 10 m -> 1, 100 m -> 5.
+        // EN 12464-1, table A.1: 0.4 m -> 0.15 (rounded up there), 1 m -> 0.2, 5 m -> 0.6, 10 m ->
+        // 1, 100 m -> 5.
         for (d, p) in [(1.0, 0.2), (10.0, 1.0), (100.0, 5.0)] {
             assert!((en12464_spacing([d, d]) - p).abs() <= 1e-12);
         }

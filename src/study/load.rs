@@ -1,4 +1,5 @@
-//! From a scene file to a scene: surfaces are built, meshes fitted, sensors laid out, and what cannot be meant is said.
+//! From a scene file to a scene: surfaces are built, meshes fitted, sensors laid out, and
+//! implausible scenes are reported.
 
 use std::sync::Arc;
 
@@ -42,7 +43,8 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Names, for each sensor, the object behind whose surface it is: outside the room, or inside the object. Such a sensor gets no light.
+    /// Names, for each sensor, the object behind whose surface it is: outside the room, or inside
+    /// the object. Such a sensor gets no light.
     pub fn behind(&self, sensors: &[Sensor]) -> Vec<Option<String>> {
         let objects = self.scene.objects().iter().zip(&self.bodies);
         let solids: Vec<Solid> = objects.filter_map(|(o, body)| Solid::new(o, *body)).collect();
@@ -57,9 +59,11 @@ pub struct SensorGroup {
     pub name: String,
     /// The sensors.
     pub sensors: Vec<Sensor>,
-    /// For each sensor the object behind whose surface it is: outside the room, or inside the object. Such a sensor gets no light.
+    /// For each sensor the object behind whose surface it is: outside the room, or inside the
+    /// object. Such a sensor gets no light.
     pub behind: Vec<Option<String>>,
-    /// The triangles that join the sensors where they are the vertices of a mesh, else none; they look to the side of the normals.
+    /// The triangles that join the sensors where they are the vertices of a mesh, else none; they
+    /// look to the side of the normals.
     pub faces: Vec<[u32; 3]>,
 }
 
@@ -102,17 +106,18 @@ impl Built {
 /// Builds the scene that a file describes, all SH objects at their full degree.
 ///
 /// # Errors
-/// [`Error::Input`] (or [`Error::Parameter`] for an override) that points at the key concerned: a file that cannot be used, a mesh that cannot be
-/// fitted, a light inside an object.
+/// [`Error::Input`] (or [`Error::Parameter`] for an override) that points at the key concerned: a
+/// file that cannot be used, a mesh that cannot be fitted, a light inside an object.
 pub fn load(file: &SceneFile) -> Result<Loaded> {
-    load_seen(file, None)
+    load_for_camera(file, None)
 }
 
-/// Builds the scene for a picture that `camera` takes: SH objects get the degrees that the `detail` of the file, or of the object, allows.
+/// Builds the scene for a picture that `camera` takes: SH objects get the degrees that the `detail`
+/// of the file, or of the object, allows.
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_seen(file: &SceneFile, camera: Option<&Camera>) -> Result<Loaded> {
+pub fn load_for_camera(file: &SceneFile, camera: Option<&Camera>) -> Result<Loaded> {
     let mut shared = SharedSurfaces::default();
     let built =
         file.objects.iter().map(|(name, spec)| build(file, &mut shared, name, spec, camera));
@@ -292,7 +297,8 @@ fn shared_object<S: SampleArea + 'static>(name: &str, surface: &Arc<S>, own: Mat
     }
 }
 
-/// Points at the key that names a file: the file is missing, or its shape cannot be used. A file that is wrong in itself says where.
+/// Points at the key that names a file: the file is missing, or its shape cannot be used. A file
+/// that is wrong in itself says where.
 fn at_file(file: &SceneFile, key: &[&str], named: &FileRef, error: Error) -> Error {
     error.map(|error| {
         if matches!(error, Error::Input(_)) {
@@ -320,7 +326,8 @@ fn lights(file: &SceneFile, built: &[Built], solids: &[Solid]) -> Result<Vec<Poi
             return Err(file.source.error(
                 &["lights", name, spec.type_name(), "at"],
                 format!(
-                    "light `{name}` is behind the surface of `{}`: outside the room, or inside the object",
+                    "light `{name}` is behind the surface of `{}`: outside the room, or inside \
+                     the object",
                     solid.name()
                 ),
                 Some(
@@ -333,7 +340,8 @@ fn lights(file: &SceneFile, built: &[Built], solids: &[Solid]) -> Result<Vec<Poi
     Ok(lights)
 }
 
-/// Tells whether a point is on a surface, as well as numbers of its size can say: whether one of three rays towards it meets the surface there.
+/// Whether a point is on a surface, as well as numbers of its size can say: whether one of three
+/// rays towards it meets the surface there.
 fn lies_on(surface: &dyn Surface, point: DVec3) -> bool {
     let bounds = surface.bounds();
     let coordinate = point.abs().max_element();
@@ -428,14 +436,15 @@ fn sensors(
         .collect()
 }
 
-/// Names the object behind whose surface a sensor is. A sensor on the surface of its `own` object is before it, however small a crease it is in.
+/// Names the object behind whose surface a sensor is. A sensor on the surface of its `own` object
+/// is before it, however small a crease it is in.
 fn behind(sensor: &Sensor, own: Option<&str>, scene: &Scene, solids: &[Solid]) -> Option<String> {
     // A sensor on a wall is judged by the point that its rays leave from.
     let before = scene.settled(sensor).as_hit().departure(sensor.normal);
     solids::behind(before, own, solids).map(|solid| solid.name().to_owned())
 }
 
-/// Refuses a sensor that is where a light is: what it receives is without bounds.
+/// Rejects a sensor that is where a light is: what it receives is without bounds.
 fn check_distances(file: &SceneFile, groups: &[SensorGroup], lights: &[PointLight]) -> Result<()> {
     for group in groups {
         for (i, sensor) in group.sensors.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees, checking an intersector.
+//! What needs several rooms: fitting a mesh, loading a scene, sweeping truncation degrees, checking
+//! an intersector.
 
 mod batch;
 mod compare;
@@ -22,8 +23,8 @@ pub use compare::{
     Subject, compare,
 };
 pub use detail::{Detail, detail};
-pub use known::known;
-pub use load::{DetailedObject, FittedObject, Loaded, SensorGroup, camera, load, load_seen};
+pub use known::known_illuminance;
+pub use load::{DetailedObject, FittedObject, Loaded, SensorGroup, camera, load, load_for_camera};
 pub use requirements::{Judged, Verdict, judge};
 pub use shared_surfaces::Preparation;
 pub use sweep::{SweepRow, sweep};

@@ -1,8 +1,11 @@
-//! Sensors on the surfaces of objects: evenly by area, or at vertices, each as exact as its surface.
+//! Sensors on the surfaces of objects: evenly by area, or at vertices, each as exact as its
+//! surface.
 //!
-//! Even points are a lattice of the unit square under the area-preserving map of the surface ([`crate::surface::SampleArea::uniform`]). Of n points, number i is in the i-th
-//! of n strips of equal area, at frac(1/2 + i sqrt 2) of its width, and at frac(1/2 + i / golden ratio) along it: a Fibonacci lattice that no symmetry of
-//! a mesh is in step with. It is the same on every machine and for every number of threads.
+//! Even points are a lattice of the unit square under the area-preserving map of the surface
+//! ([`crate::surface::SampleArea::uniform`]). Of n points, number i is in the i-th of n strips of
+//! equal area, at frac(1/2 + i sqrt 2) of its width, and at frac(1/2 + i / golden ratio) along it:
+//! a Fibonacci lattice that no symmetry of a mesh is in step with. It is the same on every machine
+//! and for every number of threads.
 
 use std::f64::consts::SQRT_2;
 use std::sync::Arc;
@@ -96,7 +99,7 @@ fn even(count: u32, sensor: impl Fn(DVec2) -> Sensor + Sync) -> Laid {
     Laid { sensors: sensors.collect(), faces: Vec::new() }
 }
 
-/// Gives point `i` of `count` of the unit square.
+/// Returns point `i` of `count` of the unit square.
 fn lattice(i: u32, count: u32) -> DVec2 {
     let (i, golden_ratio) = (f64::from(i), 0.5 * (1.0 + 5.0_f64.sqrt()));
     let along = (i + (0.5 + i * SQRT_2).fract()) / f64::from(count);

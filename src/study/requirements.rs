@@ -1,4 +1,5 @@
-//! Whether groups of sensors show what `[require]` asks of them: met, not met, or undecided by the interval.
+//! Whether groups of sensors show what `[require]` asks of them: met, not met, or undecided by the
+//! interval.
 
 use crate::estimators::{Bracket, GroupSummary};
 use crate::io::scene_file::{Limit, Quantity, RequireSpec};

@@ -1,5 +1,6 @@
-//! The surfaces that come from files: objects that name the same file with the same settings share one, so it is read and fitted once however
-//! often it stands in a scene, and prepared for rays once for each degree that level of detail chooses.
+//! The surfaces that come from files: objects that name the same file with the same settings share
+//! one, so it is read and fitted once however often it stands in a scene, and prepared for rays
+//! once for each degree that level of detail chooses.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,8 @@ use crate::mesh::{Doubles, Mesh, MeshReport};
 use crate::sh::Coefficients;
 use crate::surface::{Intersector, MeshSurface, ShSurface};
 
-/// Says which series a file gives; placement, unit and axes come after the shape and are no part of it.
+/// Says which series a file gives; placement, unit and axes come after the shape and are no part of
+/// it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct SeriesKey {
     /// The degree asked for.
@@ -51,7 +53,7 @@ pub struct Preparation {
 }
 
 impl SharedSh {
-    /// Gives the surface of the series truncated to `degree`.
+    /// Returns the surface of the series truncated to `degree`.
     ///
     /// # Errors
     /// As [`ShSurface::new`].
@@ -91,7 +93,7 @@ pub(super) struct SharedSurfaces {
 }
 
 impl SharedSurfaces {
-    /// Gives the series of a coefficient file or a mesh, with the surfaces made of it so far.
+    /// Returns the series of a coefficient file or a mesh, with the surfaces made of it so far.
     ///
     /// # Errors
     /// As the readers and [`fit`].
@@ -123,7 +125,8 @@ impl SharedSurfaces {
         all
     }
 
-    /// Gives the surface of a mesh, with vertex normals interpolated for shading when it is `smooth`.
+    /// Returns the surface of a mesh, with vertex normals interpolated for shading when it is
+    /// `smooth`.
     ///
     /// # Errors
     /// As the readers and [`MeshSurface::new`].
@@ -159,7 +162,8 @@ fn build_mesh(path: &Path, smooth: bool) -> Result<SharedMesh> {
     let mut deficiencies = report.deficiencies();
     if !doubles.repeated.is_empty() {
         deficiencies.push(format!(
-            "{} faces stand twice in one place and count once (the first is face {}, counted from 0)",
+            "{} faces stand twice in one place and count once (the first is face {}, counted from \
+             0)",
             doubles.repeated.len(),
             doubles.repeated[0]
         ));

@@ -44,17 +44,17 @@ impl<'a> Solid<'a> {
         })
     }
 
-    /// Gives the name of the object.
+    /// Returns the name of the object.
     pub(super) fn name(&self) -> &'a str {
         &self.object.name
     }
 
-    /// Gives the diagonal of the bounds, metres.
+    /// Returns the diagonal of the bounds, metres.
     pub(super) fn size(&self) -> f64 {
         self.bounds.extent().length()
     }
 
-    /// Tells whether a point lies behind the surface: inside a body, or outside a room.
+    /// Whether a point lies behind the surface: inside a body, or outside a room.
     pub(super) fn is_behind(&self, point: DVec3) -> bool {
         if !self.bounds.contains(point) {
             return self.is_room;
@@ -110,7 +110,8 @@ pub(super) fn behind<'s, 'a>(
     })
 }
 
-/// Tells whether the outside of a closed surface is its back: whether a ray from far away first meets it from behind.
+/// Whether the outside of a closed surface is its back: whether a ray from far away first meets it
+/// from behind.
 fn outside_is_behind(surface: &dyn Surface) -> bool {
     let bounds = surface.bounds();
     let direction = -ASIDE.normalize();
@@ -168,7 +169,8 @@ mod tests {
     #[test]
     fn cutting_a_wall_shows_as_a_share() {
         let (body, room, round) = (cube(false), cube(true), sphere(0.0, 1.0, true));
-        // Half of the sphere's area is past the wall; the 16 x 16 points resolve it to some percent.
+        // Half of the sphere's area is past the wall; the 16 x 16 points resolve it to some
+        // percent.
         let half = convex(&sphere(1.0, 0.5, false)).share_behind(&convex(&room), &[]);
         assert!(half.is_some_and(|s| (s - 0.5).abs() <= 0.05));
         for (x, behind_walls) in [(0.0, 0.0), (0.5, 0.0), (5.0, 1.0)] {

@@ -1,4 +1,5 @@
-//! What a truncation degree costs and buys: bytes, error, time to fit and time to trace, beside the mesh itself.
+//! What a truncation degree costs and buys: bytes, error, time to fit and time to trace, beside the
+//! mesh itself.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -20,7 +21,8 @@ pub struct SweepRow {
     pub fit: Option<Fit>,
     /// Bytes in f32: the coefficients, or vertices and indices of the mesh.
     pub bytes: usize,
-    /// Time per first hit on one thread, nanoseconds: random chords of the bounding ball, median of several passes.
+    /// Time per first hit on one thread, nanoseconds: random chords of the bounding ball, median of
+    /// several passes.
     pub nanoseconds_per_ray: f64,
 }
 
@@ -29,7 +31,8 @@ const RAYS: usize = 20_000;
 /// Passes over the rays; the median counts.
 const PASSES: usize = 7;
 
-/// Fits the mesh to each degree and measures it; the mesh itself comes last. `watch` is told the number of finished lines.
+/// Fits the mesh to each degree and measures it; the mesh itself comes last. `watch` is told the
+/// number of finished lines.
 ///
 /// # Errors
 /// As [`fit`], and when a fitted radius is not positive everywhere.

@@ -1,4 +1,5 @@
-//! What a camera has before it, looked at before a long run: a picture of nothing is no picture that anyone meant.
+//! What a camera has before it, looked at before a long run: a picture of nothing is no picture
+//! that anyone meant.
 
 use glam::{DVec2, DVec3};
 

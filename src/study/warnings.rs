@@ -1,4 +1,5 @@
-//! What of a scene is probably not meant: things that cut through each other, or are where no light comes. A sentence each.
+//! What of a scene is probably not meant: things that cut through each other, or are where no light
+//! comes. A sentence each.
 
 use std::collections::BTreeMap;
 
@@ -35,7 +36,8 @@ fn overlap(one: &Solid, other: &Solid, rooms: &[&Solid]) -> Option<String> {
     } else {
         let percent = 100.0 * share.max(0.01);
         format!(
-            "object `{name}` cuts through `{into}`: about {percent:.0} % of its surface is behind it"
+            "object `{name}` cuts through `{into}`: about {percent:.0} % of its surface is behind \
+             it"
         )
     })
 }
@@ -144,7 +146,8 @@ pub(super) fn misplaced_sensors(groups: &[SensorGroup], scene: &Scene) -> Vec<St
         }
         warnings.extend(under.iter().map(|(object, (count, deepest))| {
             format!(
-                "sensors `{}`: {count} of {} are just under `{object}`, by {deepest:.1e} m at most; raise them to measure on it",
+                "sensors `{}`: {count} of {} are just under `{object}`, by {deepest:.1e} m at \
+                 most; raise them to measure on it",
                 group.name,
                 group.sensors.len(),
             )
@@ -155,7 +158,8 @@ pub(super) fn misplaced_sensors(groups: &[SensorGroup], scene: &Scene) -> Vec<St
         }
         warnings.extend(hidden.iter().map(|(object, count)| {
             format!(
-                "sensors `{}`: {count} of {} are outside the room, or inside the object, `{object}` and get no light",
+                "sensors `{}`: {count} of {} are outside the room, or inside the object, \
+                 `{object}` and get no light",
                 group.name,
                 group.sensors.len(),
             )

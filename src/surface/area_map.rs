@@ -1,10 +1,13 @@
-//! The map of the unit square onto a star-shaped body that keeps areas: equal parts of the square become equal areas of the surface.
+//! The map of the unit square onto a star-shaped body that keeps areas: equal parts of the square
+//! become equal areas of the surface.
 //!
-//! With dA = a d omega, a = f sqrt(f^2 + |grad_S f|^2), the area above the height z of the direction is the integral of the bands
-//! b(z) = int a dphi. Band by Gauss-Legendre nodes b is a Legendre series, whose integral is one again; u gives z by its inverse. On the ring of
-//! that z, a is a Fourier series in phi, and v gives phi by the inverse of its integral. Both series are twice oversampled as the area is: a
-//! is smooth and not band-limited. What is left is a ripple of the density, up and down within the finest wave of the body, so that it all but cancels in means: 0.3 % in
-//! quadratic mean on the head at degree 32, less than a rounding on a sphere.
+//! With dA = a d omega, a = f sqrt(f^2 + |grad_S f|^2), the area above the height z of the
+//! direction is the integral of the bands b(z) = int a dphi. Band by Gauss-Legendre nodes b is a
+//! Legendre series, whose integral is one again; u gives z by its inverse. On the ring of that z, a
+//! is a Fourier series in phi, and v gives phi by the inverse of its integral. Both series are
+//! twice oversampled as the area is: a is smooth and not band-limited. What is left is a ripple of
+//! the density, up and down within the finest wave of the body, so that it all but cancels in
+//! means: 0.3 % in quadratic mean on the head at degree 32, less than a rounding on a sphere.
 
 use std::f64::consts::{PI, TAU};
 
@@ -43,12 +46,12 @@ impl AreaMap {
         Self { bands, azimuths }
     }
 
-    /// Gives the area, m2.
+    /// Returns the area, m2.
     pub(super) fn area(&self) -> f64 {
         2.0 * self.bands[0]
     }
 
-    /// Gives the direction in which the point of the square is found.
+    /// Returns the direction in which the point of the square is found.
     pub(super) fn direction(&self, body: &RadialBody, u: DVec2) -> DVec3 {
         let z = self.height(u.x);
         let sin = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
@@ -61,7 +64,8 @@ impl AreaMap {
     fn height(&self, share: f64) -> f64 {
         let below = (1.0 - share) * self.area();
         invert([-1.0, 1.0], |z| {
-            // The integral of P_k from -1 is (P_(k+1) - P_(k-1)) / (2k + 1), with P_(-1) = -1 for k = 0.
+            // The integral of P_k from -1 is (P_(k+1) - P_(k-1)) / (2k + 1), with P_(-1) = -1 for k
+            // = 0.
             let (mut integral, mut band, mut before) = (0.0, 0.0, -1.0);
             let mut p = legendre(z).peekable();
             for (k, c) in self.bands.iter().enumerate() {
@@ -76,7 +80,8 @@ impl AreaMap {
     }
 }
 
-/// The area per solid angle around a ring, integrated: A_0 phi + sum_k (A_k sin k phi + B_k (1 - cos k phi)) / k.
+/// The area per solid angle around a ring, integrated: A_0 phi + sum_k (A_k sin k phi + B_k (1 -
+/// cos k phi)) / k.
 struct Ring {
     mean: f64,
     /// A_k and B_k from k = 1 on.
@@ -110,7 +115,7 @@ impl Ring {
     }
 }
 
-/// Gives a = dA / d omega at the height z around the azimuths.
+/// Returns a = dA / d omega at the height z around the azimuths.
 fn areas(body: &RadialBody, z: f64, azimuths: &[DVec2]) -> Vec<f64> {
     let sin = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
     let directions: Vec<DVec3> = azimuths.iter().map(|a| (sin * *a).extend(z)).collect();
@@ -129,7 +134,8 @@ fn legendre(z: f64) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Finds the root of a function that rises over an interval by bisected Newton steps; `f` gives value and slope.
+/// Finds the root of a function that rises over an interval by bisected Newton steps; `f` gives
+/// value and slope.
 fn invert([mut low, mut high]: [f64; 2], f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let mut x = 0.5 * (low + high);
     for _ in 0..STEPS {
@@ -191,7 +197,8 @@ mod tests {
             let along = (at(DVec2::X) - at(DVec2::NEG_X)) / (2.0 * h);
             let around = (at(DVec2::Y) - at(DVec2::NEG_Y)) / (2.0 * h);
             let stretch = along.cross(around).length() / body.area();
-            // The series of a body as rough as this leave some 1e-4, of either sign; the differences less.
+            // The series of a body as rough as this leave some 1e-4, of either sign; the
+            // differences less.
             assert!((stretch - 1.0).abs() <= 1e-3, "{u}: {stretch}");
             let hit = body.uniform(u);
             assert!(body.body().gap_value(hit.point).abs() <= hit.error);

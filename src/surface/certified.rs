@@ -1,10 +1,12 @@
 //! Certified stepping: the first root of the gap along a ray, never missed.
 //!
-//! Between here and a distance D the gap G has no root if its second derivative stays above -K: G(t + s) >= G + G' s - K s^2 / 2. The step is the
-//! positive root of that parabola, which becomes Newton's step near a root, so it converges quadratically from one side and never
-//! passes a root. Along a ray at distance h from the origin, |f''| <= (M2 h^2 + 2 M1 h s) / rho^4 with rho^2 = h^2 + s^2, M1 and M2 the bounds of
-//! slope and curvature along great circles, and |p|'' >= 0 (outside) or <= 1/rho (seen from inside). Where the shell of the body shows that the
-//! ray passes above the surface, or that it is inside, the series is not evaluated at all.
+//! Between here and a distance D the gap G has no root if its second derivative stays above -K:
+//! G(t + s) >= G + G' s - K s^2 / 2. The step is the positive root of that parabola, which becomes
+//! Newton's step near a root, so it converges quadratically from one side and never passes a root.
+//! Along a ray at distance h from the origin, |f''| <= (M2 h^2 + 2 M1 h s) / rho^4 with rho^2 =
+//! h^2 + s^2, M1 and M2 the bounds of slope and curvature along great circles, and |p|'' >= 0
+//! (outside) or <= 1/rho (seen from inside). Where the shell of the body shows that the ray passes
+//! above the surface, or that it is inside, the series is not evaluated at all.
 //!
 //! A ray is looked at from where it is nearest to the centre: from however far it comes, its points
 //! are rounded as those near the body are, and it is not kept in a cell of the shell that it left.
@@ -42,7 +44,7 @@ fn from_nearest(ray: &Ray) -> (f64, Ray) {
     (nearest, Ray { origin: ray.at(nearest), t_min, t_max, ..*ray })
 }
 
-/// Tells whether the ray crosses the surface at all.
+/// Whether the ray crosses the surface at all.
 pub(super) fn crosses(body: &RadialBody, ray: &Ray) -> bool {
     let (_, near) = from_nearest(ray);
     let ray = &near;
@@ -77,7 +79,8 @@ enum Start {
 
 fn start(body: &RadialBody, ray: &Ray, chord: &Chord) -> Start {
     let radius = chord.lowest(chord.start, chord.start);
-    // Where a ray comes into the bounding ball it is outside, whatever the rounding of a point far from its origin says.
+    // Where a ray comes into the bounding ball it is outside, whatever the rounding of a point far
+    // from its origin says.
     if chord.start > ray.t_min || radius >= body.bounds().max {
         return Start::Outside(None);
     }
@@ -94,7 +97,8 @@ fn start(body: &RadialBody, ray: &Ray, chord: &Chord) -> Start {
 
 /// How a stretch of a ray runs relative to the body.
 enum Passage {
-    /// Above everything until the given distance, which far off is no more than where the ray is, to rounding.
+    /// Above everything until the given distance, which far off is no more than where the ray is,
+    /// to rounding.
     Above(f64),
     /// Certainly inside somewhere before the cell ends.
     Below,
@@ -120,7 +124,8 @@ fn pass(body: &RadialBody, ray: &Ray, chord: &Chord, t: f64) -> Passage {
     }
 }
 
-/// Steps from outside: over what the shell clears without looking at the series. `known` is the gap at the start, if it was evaluated already.
+/// Steps from outside: over what the shell clears without looking at the series. `known` is the gap
+/// at the start, if it was evaluated already.
 fn from_outside(
     body: &RadialBody,
     ray: &Ray,
@@ -162,7 +167,7 @@ fn from_inside(body: &RadialBody, ray: &Ray, chord: &Chord) -> Option<(f64, Gap)
     None
 }
 
-/// Gives the next distance: no root lies before it.
+/// Returns the next distance: no root lies before it.
 fn advance(body: &RadialBody, chord: &Chord, t: f64, gap: &Gap, inside: bool) -> f64 {
     let (value, slope) = if inside { (-gap.value, -gap.slope) } else { (gap.value, gap.slope) };
     let k = curvature(body, chord, t, inside);
@@ -183,6 +188,7 @@ fn curvature(body: &RadialBody, chord: &Chord, t: f64, inside: bool) -> f64 {
     let series =
         (bounds.curvature * across * across + bounds.slope * (2.0 * across).min(1.0)) / (rho * rho);
     let own = if inside { 1.0 / rho } else { 0.0 };
-    // Never zero: a sphere about the origin has no curvature of its own, and then Newton's step is exact from outside.
+    // Never zero: a sphere about the origin has no curvature of its own, and then Newton's step is
+    // exact from outside.
     (series + own).max(f64::MIN_POSITIVE)
 }

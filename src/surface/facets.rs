@@ -1,8 +1,10 @@
 //! Surfaces in pieces small enough to be taken as flat: what radiosity exchanges light between.
 //!
-//! A facet is the image of a cell of some parameters, a quadrilateral between four points of the surface (three for a triangle). Its
-//! contour is what other points see of it, by Lambert's formula, flat or not; the points inside stand for it where light is received or
-//! looked for. They are the four of Gauss's rule by area, so that their plain mean is that over the cell up to cubic functions.
+//! A facet is the image of a cell of some parameters, a quadrilateral between four points of the
+//! surface (three for a triangle). Its contour is what other points see of it, by Lambert's
+//! formula, flat or not; the points inside stand for it where light is received or looked for. They
+//! are the four of Gauss's rule by area, so that their plain mean is that over the cell up to cubic
+//! functions.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -14,9 +16,11 @@ use crate::math::{Frame, Placement};
 /// Says how finely a surface is divided.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Division<'a> {
-    /// About how many facets the surface gets, at least 1. Each shape rounds to what suits it; a mesh has no fewer than triangles.
+    /// About how many facets the surface gets, at least 1. Each shape rounds to what suits it; a
+    /// mesh has no fewer than triangles.
     pub count: usize,
-    /// Where the light comes from, metres: discs are divided more finely towards the nearest of these points.
+    /// Where the light comes from, metres: discs are divided more finely towards the nearest of
+    /// these points.
     pub lights: &'a [DVec3],
 }
 
@@ -47,7 +51,8 @@ struct Cell {
 }
 
 impl Facet {
-    /// Makes a facet; the contour is turned so that it runs counter-clockwise about the normal in the middle.
+    /// Makes a facet; the contour is turned so that it runs counter-clockwise about the normal in
+    /// the middle.
     fn new(mut corners: [DVec3; 4], middle: Hit, points: Vec<Hit>, area: f64) -> Self {
         if area_vector(&corners).dot(middle.normal) < 0.0 {
             corners.reverse();
@@ -62,7 +67,7 @@ impl Facet {
         Self::new(corners, at(cell.middle()), points, area)
     }
 
-    /// Gives the area of the facet if it is flat, m2: that of its contour.
+    /// Returns the area of the facet if it is flat, m2: that of its contour.
     pub fn flat_area(&self) -> f64 {
         area_vector(&self.corners).length()
     }
@@ -78,7 +83,7 @@ impl Facet {
     }
 }
 
-/// Gives half the cross product of the diagonals: normal times area.
+/// Returns half the cross product of the diagonals: normal times area.
 fn area_vector([a, b, c, d]: &[DVec3; 4]) -> DVec3 {
     0.5 * (*c - *a).cross(*d - *b)
 }
@@ -110,7 +115,8 @@ impl Cell {
     }
 }
 
-/// Divides a rectangle with sides of these lengths, whose points `at` gives by parameters in the unit square, into nearly square cells.
+/// Divides a rectangle with sides of these lengths, whose points `at` gives by parameters in the
+/// unit square, into nearly square cells.
 pub(super) fn rectangle(lengths: DVec2, count: usize, at: impl Fn(DVec2) -> Hit) -> Vec<Facet> {
     let columns = (count as f64 * lengths.x / lengths.y).sqrt().round().clamp(1.0, count as f64);
     let rows = (count as f64 / columns).round().max(1.0);
@@ -120,11 +126,15 @@ pub(super) fn rectangle(lengths: DVec2, count: usize, at: impl Fn(DVec2) -> Hit)
         .collect()
 }
 
-/// Divides a disc, whose points `at` gives by their offset from the centre, into sectors and rings about the point nearest to a light.
+/// Divides a disc, whose points `at` gives by their offset from the centre, into sectors and rings
+/// about the point nearest to a light.
 ///
-/// At height h over the disc the light falls off over a distance of h, farther out in proportion to the distance itself. So the rings
-/// have the radii h sinh(k d), k = 0, 1, ..., equal steps of which are that. Light changes little along a ring, and the sectors are four times
-/// as wide as the rings: on Sobolev's discs that takes a third of the error of square cells. Without a light the rings are about the centre and evenly wide. About a point aside all rings are flattened alike, the last onto the rim.
+/// At height h over the disc the light falls off over a distance of h, farther out in proportion to
+/// the distance itself. So the rings have the radii h sinh(k d), k = 0, 1, ..., equal steps of
+/// which are that. Light changes little along a ring, and the sectors are four times as wide as the
+/// rings: on Sobolev's discs that takes a third of the error of square cells. Without a light the
+/// rings are about the centre and evenly wide. About a point aside all rings are flattened alike,
+/// the last onto the rim.
 pub(super) fn disc(
     centre: DVec3,
     normal: DVec3,
@@ -150,7 +160,8 @@ pub(super) fn disc(
             let k = (cell.v[0] * rings).round() as usize;
             let squared = [ring(k), ring(k + 1)].map(|s| s * s);
             let angles = cell.u.map(|u| TAU * u);
-            // The area between two angles and two squared relative radii, which with them are the parameters of equal area.
+            // The area between two angles and two squared relative radii, which with them are the
+            // parameters of equal area.
             let fan = GAUSS.map(|t| rim(angles[0] + t * (angles[1] - angles[0])).length_squared());
             let fan = 0.25 * (fan[0] + fan[1]) * (angles[1] - angles[0]);
             let flat = 0.5 * rim(angles[0]).cross(rim(angles[1])).length();
@@ -168,7 +179,8 @@ pub(super) fn disc(
         .collect()
 }
 
-/// Gives the offset, from the centre, of the point of a disc that is nearest to a light, kept off the rim, and the light's distance.
+/// Returns the offset, from the centre, of the point of a disc that is nearest to a light, kept off
+/// the rim, and the light's distance.
 fn foot(centre: DVec3, normal: DVec3, radius: f64, lights: &[DVec3]) -> (DVec3, f64) {
     let nearest = |light: &DVec3| {
         let offset = *light - centre;
@@ -176,20 +188,22 @@ fn foot(centre: DVec3, normal: DVec3, radius: f64, lights: &[DVec3]) -> (DVec3, 
         (aside, aside.distance(offset))
     };
     let feet = lights.iter().map(nearest).min_by(|a, b| a.1.total_cmp(&b.1));
-    // Nearer than a thousandth of the radius, ever finer rings would leave none for the rest; beyond it, they are even.
+    // Nearer than a thousandth of the radius, ever finer rings would leave none for the rest;
+    // beyond it, they are even.
     feet.map_or((DVec3::ZERO, radius), |(aside, height)| {
         (aside, height.clamp(1e-3 * radius, radius))
     })
 }
 
-/// Gives the distance to the rim of a disc about the origin from `foot`, inside it, along a unit vector in its plane.
+/// Returns the distance to the rim of a disc about the origin from `foot`, inside it, along a unit
+/// vector in its plane.
 fn to_rim(foot: DVec3, along: DVec3, radius: f64) -> f64 {
     let b = foot.dot(along);
     (b * b + radius * radius - foot.length_squared()).sqrt() - b
 }
 
-/// Divides a surface around the origin, whose points and areas per solid angle `at` gives by direction, by the cells of a cube whose
-/// faces have at least `least` of them along an edge.
+/// Divides a surface around the origin, whose points and areas per solid angle `at` gives by
+/// direction, by the cells of a cube whose faces have at least `least` of them along an edge.
 pub(super) fn around(
     count: usize,
     least: usize,
@@ -217,7 +231,8 @@ pub(super) fn around(
     })
 }
 
-/// Gives how much larger the vector area of a quadrilateral of arcs between unit vectors is than that of its chords.
+/// Returns how much larger the vector area of a quadrilateral of arcs between unit vectors is than
+/// that of its chords.
 fn arcs(corners: &[DVec3; 4]) -> f64 {
     let arc = |i: usize| {
         let (a, b) = (corners[i], corners[(i + 1) % 4]);
@@ -232,12 +247,13 @@ fn stretched(corners: [DVec3; 4], by: f64) -> [DVec3; 4] {
     corners.map(|corner| middle + by.sqrt() * (corner - middle))
 }
 
-/// Gives the solid angle of a triangle of unit vectors, sr (Van Oosterom and Strackee 1983).
+/// Returns the solid angle of a triangle of unit vectors, sr (Van Oosterom and Strackee 1983).
 fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     2.0 * a.dot(b.cross(c)).abs().atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }
 
-/// Divides a triangle, whose points `at` gives by the weights of its second and third corner, into about `area / largest` equal ones.
+/// Divides a triangle, whose points `at` gives by the weights of its second and third corner, into
+/// about `area / largest` equal ones.
 pub(super) fn triangle(
     corners: [DVec3; 3],
     largest: f64,
@@ -283,7 +299,8 @@ mod tests {
 
     const NOWHERE: Division = Division { count: 200, lights: &[] };
 
-    /// Every facet is on its surface, turned to its normal, and all together have its area and close where the surface does.
+    /// Every facet is on its surface, turned to its normal, and all together have its area and
+    /// close where the surface does.
     fn check(surface: &dyn SampleArea, division: &Division, area_error: f64, flat_error: f64) {
         let facets = surface.facets(division);
         let area: f64 = facets.iter().map(|f| f.area).sum();

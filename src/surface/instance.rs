@@ -1,8 +1,9 @@
 //! A surface placed by rotation, uniform scale and translation.
 //!
-//! Rays go into local space, where their direction keeps its length and distances shrink by the scale; hits come back. The placed
-//! surface is, by definition, the exact image of the local one under the stored [`Placement`], whose matrix is orthogonal to
-//! rounding only; the error bounds here account for that.
+//! Rays go into local space, where their direction keeps its length and distances shrink by the
+//! scale; hits come back. The placed surface is, by definition, the exact image of the local one
+//! under the stored [`Placement`], whose matrix is orthogonal to rounding only; the error bounds
+//! here account for that.
 
 use std::sync::Arc;
 
@@ -11,10 +12,12 @@ use glam::{DVec2, DVec3};
 use super::{AreaPoint, Division, Facet, Hit, Outline, SampleArea, Surface};
 use crate::math::{Aabb, Placement, Ray};
 
-/// Places a shared surface in the world; itself a surface, and one to sample where the inner one is.
+/// Places a shared surface in the world; itself a surface, and one to sample where the inner one
+/// is.
 ///
-/// A closed room made of one placed box is leak-proof as [`super::primitives::AxisBox`] describes; of other surfaces a point closer
-/// to a concave edge than its error bound can depart behind the neighbouring face.
+/// A closed room made of one placed box is leak-proof as [`super::primitives::AxisBox`] describes;
+/// of other surfaces a point closer to a concave edge than its error bound can depart behind the
+/// neighbouring face.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -43,7 +46,8 @@ impl<S: ?Sized> Clone for Instance<S> {
     }
 }
 
-/// How many rays of a batch go through local space at a time: enough to feed a batched surface, little enough for the stack.
+/// How many rays of a batch go through local space at a time: enough to feed a batched surface,
+/// little enough for the stack.
 const BATCH: usize = 64;
 
 impl<S: ?Sized> Instance<S> {
@@ -52,12 +56,12 @@ impl<S: ?Sized> Instance<S> {
         Self { placement, inner }
     }
 
-    /// Gives the placement.
+    /// Returns the placement.
     pub const fn placement(&self) -> &Placement {
         &self.placement
     }
 
-    /// Gives the surface that is placed.
+    /// Returns the surface that is placed.
     pub const fn inner(&self) -> &Arc<S> {
         &self.inner
     }
@@ -73,11 +77,13 @@ impl<S: ?Sized> Instance<S> {
         }
     }
 
-    /// Brings a hit of the inner surface into the world, its error bound widened by the roundings of that.
+    /// Brings a hit of the inner surface into the world, its error bound widened by the roundings
+    /// of that.
     ///
-    /// Error, with x the local point and u = 2^-53: three products, their sums and the scale lose 4 sqrt(3) u s|x|, the translation
-    /// u|p|. The bound is 16u s|x| + 2u|p|, so that a departed ray, 2.5 bounds off, survives its way into local space: difference,
-    /// rotation and quotient lose less than 9u s|x| there, and a matrix M with entries of M^T M - I up to 6u another 18u s|x|,
+    /// Error, with x the local point and u = 2^-53: three products, their sums and the scale lose 4
+    /// sqrt(3) u s|x|, the translation u|p|. The bound is 16u s|x| + 2u|p|, so that a departed ray,
+    /// 2.5 bounds off, survives its way into local space: difference, rotation and quotient lose
+    /// less than 9u s|x| there, and a matrix M with entries of M^T M - I up to 6u another 18u s|x|,
     /// in all less than the 40u s|x| that 2.5 bounds hold.
     pub fn world_hit(&self, local: &Hit) -> Hit {
         let scale = self.placement.scale();
@@ -93,13 +99,15 @@ impl<S: ?Sized> Instance<S> {
         }
     }
 
-    /// Brings a hit of `ray` into the world; the rounding of the scale must not carry it out of the ray's range.
+    /// Brings a hit of `ray` into the world; the rounding of the scale must not carry it out of the
+    /// ray's range.
     fn world_hit_of(&self, ray: &Ray, local: &Hit) -> Hit {
         let hit = self.world_hit(local);
         Hit { distance: hit.distance.max(ray.t_min).min(ray.t_max), ..hit }
     }
 
-    /// Takes a world hit back into local space; the way back loses less than 32u of the distance from the local origin.
+    /// Takes a world hit back into local space; the way back loses less than 32u of the distance
+    /// from the local origin.
     fn local_hit(&self, hit: &Hit) -> Hit {
         let scale = self.placement.scale();
         let point = self.placement.unapply(hit.point);
@@ -205,8 +213,9 @@ impl<S: SampleArea + ?Sized> SampleArea for Instance<S> {
     }
 }
 
-/// Bounds the image of a box axis by axis (Arvo, "Transforming Axis-Aligned Bounding Boxes", Graphics Gems, 1990): the box of the
-/// eight corners, widened by its rounding. Infinite sides stay infinite where the rotation looks along them.
+/// Bounds the image of a box axis by axis (Arvo, "Transforming Axis-Aligned Bounding Boxes",
+/// Graphics Gems, 1990): the box of the eight corners, widened by its rounding. Infinite sides stay
+/// infinite where the rotation looks along them.
 fn placed(local: &Aabb, placement: &Placement) -> Aabb {
     if local.is_empty() {
         return Aabb::EMPTY;
@@ -298,7 +307,8 @@ mod tests {
             let target = centre + 0.9 * radius * direction(7 * i);
             let ray = Ray::new(target - 3.0 * radius * direction(5 * i), direction(5 * i));
             let (a, b) = (placed.hit(&ray).expect("aimed"), direct.hit(&ray).expect("aimed"));
-            // Impact parameters up to 0.9 R: sensitivity 1/cos < 2.5 to a dozen roundings of the coordinates.
+            // Impact parameters up to 0.9 R: sensitivity 1/cos < 2.5 to a dozen roundings of the
+            // coordinates.
             let tolerance = 64.0 * f64::EPSILON * (centre.length() + radius + ray.origin.length());
             assert!((a.distance - b.distance).abs() <= tolerance);
             assert!((a.point - b.point).length() <= tolerance);

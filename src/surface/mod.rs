@@ -25,17 +25,19 @@ use glam::{DVec2, DVec3};
 
 use crate::math::{Aabb, Ray};
 
-/// Answers rays. One method is required beside the bounds; a surface overrides the others where it knows a faster way.
+/// Answers rays. One method is required beside the bounds; a surface overrides the others where it
+/// knows a faster way.
 ///
-/// Surfaces are opaque and two-sided; the normal of a hit points to the outer side whichever side the ray came from.
+/// Surfaces are opaque and two-sided; the normal of a hit points to the outer side whichever side
+/// the ray came from.
 pub trait Surface: Send + Sync {
-    /// Gives the first hit between `ray.t_min` and `ray.t_max`, or `None`.
+    /// Returns the first hit between `ray.t_min` and `ray.t_max`, or `None`.
     fn hit(&self, ray: &Ray) -> Option<Hit>;
 
     /// Bounds the surface; infinite where the surface is.
     fn bounds(&self) -> Aabb;
 
-    /// Tells whether anything is hit between `ray.t_min` and `ray.t_max`.
+    /// Whether anything is hit between `ray.t_min` and `ray.t_max`.
     fn blocked(&self, ray: &Ray) -> bool {
         self.hit(ray).is_some()
     }
@@ -47,19 +49,21 @@ pub trait Surface: Send + Sync {
         }
     }
 
-    /// Marks in `blocked`, which has the length of `rays`, the rays that hit anything; a ray that is marked already is passed over.
+    /// Marks in `blocked`, which has the length of `rays`, the rays that hit anything; a ray that
+    /// is marked already is passed over.
     fn mark_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
         for (ray, blocked) in rays.iter().zip(blocked) {
             *blocked = *blocked || self.blocked(ray);
         }
     }
 
-    /// Gives it as a flat rectangle, if it is one: of those a ray can be put to many at a time.
+    /// Returns it as a flat rectangle, if it is one: of those a ray can be put to many at a time.
     fn as_rectangle(&self) -> Option<&primitives::Rectangle> {
         None
     }
 
-    /// Sharpens a hit of this surface before it is shaded: exact point, exact normals. Shadow rays never need it.
+    /// Sharpens a hit of this surface before it is shaded: exact point, exact normals. Shadow rays
+    /// never need it.
     fn refine(&self, hit: &Hit) -> Hit {
         *hit
     }
@@ -125,13 +129,14 @@ impl Hit {
 
 /// Samples a surface by area; implemented where that is possible (everything bounded).
 pub trait SampleArea: Surface {
-    /// Gives the area, m2.
+    /// Returns the area, m2.
     fn area(&self) -> f64;
 
     /// Samples a point; its density is [`SampleArea::density`] there.
     fn sample_area(&self, u: DVec2) -> AreaPoint;
 
-    /// Gives the density, 1/m2, with which [`SampleArea::sample_area`] picks the point of a (refined) hit.
+    /// Returns the density, 1/m2, with which [`SampleArea::sample_area`] picks the point of a
+    /// (refined) hit.
     fn density(&self, hit: &Hit) -> f64;
 
     /// Describes what is seen of the surface from its outer side, where that is simple.
@@ -142,10 +147,12 @@ pub trait SampleArea: Surface {
     /// Divides the surface into facets that are nearly flat.
     fn facets(&self, division: &Division) -> Vec<Facet>;
 
-    /// Maps the unit square onto the surface so that equal parts of it become equal areas: evenly spread points of the square are
-    /// evenly spread on the surface, and a plain mean over them is a mean over the area.
+    /// Maps the unit square onto the surface so that equal parts of it become equal areas: evenly
+    /// spread points of the square are evenly spread on the surface, and a plain mean over them is
+    /// a mean over the area.
     ///
-    /// Where the density of [`SampleArea::sample_area`] is the same everywhere, that is such a map already.
+    /// Where the density of [`SampleArea::sample_area`] is the same everywhere, that is such a map
+    /// already.
     fn uniform(&self, u: DVec2) -> Hit {
         self.sample_area(u).hit
     }
@@ -176,7 +183,8 @@ pub enum Outline {
     Other,
 }
 
-/// Describes a point sampled on a surface, as the hit that a ray from outside would have made (its distance is 0), with its density.
+/// Describes a point sampled on a surface, as the hit that a ray from outside would have made (its
+/// distance is 0), with its density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AreaPoint {
     /// The point, normals and error bound.

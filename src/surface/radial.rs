@@ -1,4 +1,5 @@
-//! The body r <= f(omega) as the intersectors see it: its gap function along a ray, and the balls that hold and fill it.
+//! The body r <= f(omega) as the intersectors see it: its gap function along a ray, and the balls
+//! that hold and fill it.
 
 use glam::DVec3;
 
@@ -7,7 +8,8 @@ use crate::Result;
 use crate::math::Ray;
 use crate::sh::{Bounds, Coefficients, Series, least, rounding};
 
-/// Holds a star-shaped body about the origin: the series of its radius, positive everywhere, with certified bounds.
+/// Holds a star-shaped body about the origin: the series of its radius, positive everywhere, with
+/// certified bounds.
 #[derive(Debug, Clone)]
 pub struct RadialBody {
     series: Series,
@@ -16,7 +18,8 @@ pub struct RadialBody {
     shell: Shell,
 }
 
-/// Holds the gap G = |p| - f(p/|p|) at a point of a ray: positive outside the body, its absolute value the radial distance to the surface.
+/// Holds the gap G = |p| - f(p/|p|) at a point of a ray: positive outside the body, its absolute
+/// value the radial distance to the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
     /// G, metres.
@@ -44,7 +47,7 @@ pub struct Chord {
 const RELATIVE_TOLERANCE: f64 = 1e-12;
 
 impl Chord {
-    /// Gives the smallest distance from the origin between two distances along the ray.
+    /// Returns the smallest distance from the origin between two distances along the ray.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         let along = self.nearest.clamp(from, to.max(from)) - self.nearest;
         (self.offset * self.offset + along * along).sqrt()
@@ -72,17 +75,18 @@ impl RadialBody {
         })
     }
 
-    /// Gives the series of the radius, metres.
+    /// Returns the series of the radius, metres.
     pub fn series(&self) -> &Series {
         &self.series
     }
 
-    /// Gives the certified bounds of radius, slope and curvature.
+    /// Returns the certified bounds of radius, slope and curvature.
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
     }
 
-    /// Gives the largest gap, metres, that counts as being on the surface: 1e-12 of the largest radius and the rounding of the series.
+    /// Returns the largest gap, metres, that counts as being on the surface: 1e-12 of the largest
+    /// radius and the rounding of the series.
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
@@ -110,7 +114,7 @@ impl RadialBody {
         }
     }
 
-    /// Gives the shell of bounds around the surface.
+    /// Returns the shell of bounds around the surface.
     pub(super) fn shell(&self) -> &Shell {
         &self.shell
     }
@@ -129,7 +133,8 @@ impl RadialBody {
         (ray.t_min <= ray.t_max && start <= end).then_some(Chord { start, end, nearest, offset })
     }
 
-    /// Gives where the line of a chord is inside the ball that fills the body: between these two distances nothing can be hit.
+    /// Returns where the line of a chord is inside the ball that fills the body: between these two
+    /// distances nothing can be hit.
     pub fn core(&self, chord: &Chord) -> Option<(f64, f64)> {
         let half = (self.bounds.min + chord.offset) * (self.bounds.min - chord.offset);
         (half > 0.0).then(|| (chord.nearest - half.sqrt(), chord.nearest + half.sqrt()))

@@ -59,8 +59,8 @@ impl ShSurface {
     /// Makes the surface from the coefficients of its radius, metres.
     ///
     /// # Errors
-    /// [`Error::Geometry`] when the radius is not certainly positive; [`Error::Parameter`] for a degree too high or an intersector whose step or
-    /// tolerance is not positive.
+    /// [`Error::Geometry`] when the radius is not certainly positive; [`Error::Parameter`] for a
+    /// degree too high or an intersector whose step or tolerance is not positive.
     pub fn new(coefficients: &Coefficients, intersector: Intersector) -> Result<Self> {
         if let Intersector::StepBisection(s) = intersector
             && !(s.step > 0.0 && s.tolerance > 0.0)
@@ -79,12 +79,12 @@ impl ShSurface {
         Ok(Self { body, tracer, area_map })
     }
 
-    /// Gives the body: its series and certified bounds.
+    /// Returns the body: its series and certified bounds.
     pub fn body(&self) -> &RadialBody {
         &self.body
     }
 
-    /// Gives the bytes that the patches and their tree take in memory; 0 without patches.
+    /// Returns the bytes that the patches and their tree take in memory; 0 without patches.
     pub fn patch_bytes(&self) -> usize {
         match &self.tracer {
             Tracer::Patches(patches) => patches.bytes(),
@@ -92,7 +92,7 @@ impl ShSurface {
         }
     }
 
-    /// Gives the point, normal and error bound at a direction from the centre.
+    /// Returns the point, normal and error bound at a direction from the centre.
     pub fn at(&self, direction: DVec3) -> Hit {
         let jet = self.body.series().jet(direction);
         let normal = (direction - jet.gradient / jet.value).normalize();
@@ -190,14 +190,15 @@ impl Surface for ShSurface {
     }
 }
 
-/// Gives dA / d omega = f sqrt(f^2 + |grad_S f|^2).
+/// Returns dA / d omega = f sqrt(f^2 + |grad_S f|^2).
 fn area_factor(body: &RadialBody, direction: DVec3) -> f64 {
     let jet = body.series().jet(direction);
     jet.value * jet.value.hypot(jet.gradient.length())
 }
 
 impl SampleArea for ShSurface {
-    /// Gives the area as integrated on a Gauss-Legendre grid oversampled twice; the integrand is smooth but not band-limited.
+    /// Returns the area as integrated on a Gauss-Legendre grid oversampled twice; the integrand is
+    /// smooth but not band-limited.
     fn area(&self) -> f64 {
         self.area_map.area()
     }
@@ -223,8 +224,8 @@ impl SampleArea for ShSurface {
         facets::around(division.count, 4, at).collect()
     }
 
-    /// Maps by the inverses of the area above a height and of the area along its ring (`area_map`); about a hundred times the cost of
-    /// [`SampleArea::sample_area`].
+    /// Maps by the inverses of the area above a height and of the area along its ring (`area_map`);
+    /// about a hundred times the cost of [`SampleArea::sample_area`].
     fn uniform(&self, u: DVec2) -> Hit {
         Hit { distance: 0.0, ..self.at(self.area_map.direction(&self.body, u)) }
     }
@@ -307,7 +308,8 @@ mod tests {
             assert_eq!(certified.blocked(&ray), a.is_some());
             match (a, b) {
                 (Some(a), Some(b)) => {
-                    // The march brackets to 1e-12 radii; where it passed a thin lobe it can only be later.
+                    // The march brackets to 1e-12 radii; where it passed a thin lobe it can only be
+                    // later.
                     assert!(a.distance <= b.distance + 1e-9, "{} {}", a.distance, b.distance);
                     assert!(certified.body().gap_value(a.point).abs() <= a.error);
                     if b.distance - a.distance > 1e-6 {
@@ -323,7 +325,8 @@ mod tests {
         }
     }
 
-    /// Tells whether the ray leaves the body again within two march steps of entering it: what the march is allowed to miss.
+    /// Whether the ray leaves the body again within two march steps of entering it: what the march
+    /// is allowed to miss.
     fn missed_lobe_is_thin(s: &ShSurface, ray: &Ray, t: f64, step: f64) -> bool {
         let width = 2.0 * step * s.body().bounds().max;
         s.body().gap_value(ray.at(t + width)) > 0.0
@@ -336,7 +339,8 @@ mod tests {
         for _ in 0..2000 {
             let Some(hit) = s.hit(&random_ray(&mut rng, 2.0)) else { continue };
             let away = hit.leave(hit.normal);
-            // Straight up from a body of this slope nothing is near: any hit would be the surface itself.
+            // Straight up from a body of this slope nothing is near: any hit would be the surface
+            // itself.
             assert!(s.hit(&away.up_to(1e-3)).is_none());
             let down = s.hit(&hit.leave(-hit.normal)).expect("the other side");
             assert!(down.distance > 1e-3);

@@ -1,9 +1,10 @@
 //! A shell around a body: on each cell of a cube-face grid, certified bounds of the radius.
 //!
-//! The cells of a cube face are bounded by planes through the origin, so a ray crosses them like a straight line crosses the squares of a
-//! board. While it stays above the largest radius of a cell it cannot meet the body there, and once it is below the smallest it is inside:
-//! both without evaluating the series. With r the angular radius of a cell about its middle c, |f - f(c)| <= |grad_S f(c)| r + M2 r^2 / 2.
-//! Two levels, the coarse one made of blocks of the fine one, let a ray pass far from the body in a few steps.
+//! The cells of a cube face are bounded by planes through the origin, so a ray crosses them like a
+//! straight line crosses the squares of a board. While it stays above the largest radius of a cell
+//! it cannot meet the body there, and once it is below the smallest it is inside: both without
+//! evaluating the series. With r the angular radius of a cell about its middle c, |f - f(c)| <=
+//! |grad_S f(c)| r + M2 r^2 / 2. Two levels, the coarse one made of blocks of the fine one, let a ray pass far from the body in a few steps.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -21,7 +22,8 @@ pub(super) struct Range {
 /// Fine cells along one side of a coarse one.
 const BLOCK: usize = 8;
 
-/// Cells are widened by this angle, radians: far more than the rounding of where a ray crosses from one to the next.
+/// Cells are widened by this angle, radians: far more than the rounding of where a ray crosses from
+/// one to the next.
 const MARGIN: f64 = 1e-6;
 
 /// The two levels of a body's shell.
@@ -56,13 +58,13 @@ impl Shell {
         Self { coarse: fine.blocks(blocks), fine }
     }
 
-    /// Tells in which coarse cell the ray is at distance `t`, and until when.
+    /// Returns in which coarse cell the ray is at distance `t`, and until when.
     #[inline]
     pub(super) fn coarse(&self, ray: &Ray, t: f64) -> Stay {
         self.coarse.stay(ray, t)
     }
 
-    /// Tells in which fine cell the ray is at distance `t`, and until when.
+    /// Returns in which fine cell the ray is at distance `t`, and until when.
     #[inline]
     pub(super) fn fine(&self, ray: &Ray, t: f64) -> Stay {
         self.fine.stay(ray, t)
@@ -85,7 +87,7 @@ fn bound_cell(series: &Series, bounds: &Bounds, side: usize, i: usize) -> Range 
     Range { min: (min as f32).next_down(), max: (max as f32).next_up() }
 }
 
-/// Gives the unit vector through (u, v) of a cube face; faces 0..6 are +x, -x, +y, -y, +z, -z.
+/// Returns the unit vector through (u, v) of a cube face; faces 0..6 are +x, -x, +y, -y, +z, -z.
 fn direction(face: usize, u: f64, v: f64) -> DVec3 {
     let w = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
     let mut d = DVec3::ZERO;
@@ -133,11 +135,13 @@ impl Level {
         for q in [(axis + 2) % 3, (axis + 1) % 3] {
             let line = (0.5 * n * (p[q] / w + 1.0)).clamp(0.0, n - 1.0) as usize;
             cell = cell * self.side + line;
-            // Along a ray q/w moves one way only: towards the upper plane q = b w of the cell, or towards the lower.
+            // Along a ray q/w moves one way only: towards the upper plane q = b w of the cell, or
+            // towards the lower.
             let up = d[q] * w - p[q] * d[axis] > 0.0;
             let b = 2.0 * (line + usize::from(up)) as f64 / n - 1.0;
             let exit = (b * o[axis] - o[q]) / (d[q] - b * d[axis]);
-            // An exit behind says that the plane is not met ahead, unless it is behind by rounding only.
+            // An exit behind says that the plane is not met ahead, unless it is behind by rounding
+            // only.
             if exit >= t - nudge {
                 until = until.min(exit);
             }

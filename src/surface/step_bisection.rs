@@ -1,7 +1,9 @@
-//! The paper's intersector: march with a fixed step until the gap changes sign, then bisect (the "fork" method after eq. 33).
+//! The paper's intersector: march with a fixed step until the gap changes sign, then bisect (the
+//! "fork" method after eq. 33).
 //!
-//! It is kept because the paper's figures are made with it. **It can miss**: a lobe thinner than the step, or a ray that grazes, is jumped
-//! over without notice. Use certified stepping where a miss matters.
+//! It is kept because the paper's figures are made with it. **It can miss**: a lobe thinner than
+//! the step, or a ray that grazes, is jumped over without notice. Use certified stepping where a
+//! miss matters.
 
 use super::radial::{Gap, RadialBody};
 use crate::math::Ray;
@@ -22,7 +24,8 @@ impl Default for StepBisection {
 }
 
 impl StepBisection {
-    /// Finds the first sign change of the gap that the march sees, with the gap at the end of the bisection.
+    /// Finds the first sign change of the gap that the march sees, with the gap at the end of the
+    /// bisection.
     pub fn first_crossing(&self, body: &RadialBody, ray: &Ray) -> Option<(f64, Gap)> {
         let chord = body.chord(ray)?;
         let step = self.step * body.bounds().max;

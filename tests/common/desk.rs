@@ -1,4 +1,5 @@
-//! The tool as a user meets it: a process in a folder of its own, judged by its exit code, what it says and what it writes.
+//! The tool as a user meets it: a process in a folder of its own, judged by its exit code, what it
+//! says and what it writes.
 
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
@@ -129,7 +130,7 @@ impl Said {
         Self { code: output.status.code().unwrap_or(-1), out, err }
     }
 
-    /// Gives the exit code, and both texts as one.
+    /// Returns the exit code, and both texts as one.
     pub fn all(self) -> (i32, String) {
         (self.code, self.out + &self.err)
     }
@@ -188,12 +189,12 @@ pub fn assert_says(text: &str, words: &[&str]) {
     }
 }
 
-/// Gives a number of a report.
+/// Returns a number of a report.
 pub fn number(report: &Value, name: &str) -> f64 {
     report[name].as_f64().unwrap_or_else(|| panic!("{name} is no number in {report}"))
 }
 
-/// Gives the path of a file of the repository.
+/// Returns the path of a file of the repository.
 pub fn repository(path: &str) -> String {
     format!("{}/{path}", env!("CARGO_MANIFEST_DIR"))
 }

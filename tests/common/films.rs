@@ -1,9 +1,10 @@
-//! Judges pictures pixel by pixel, all pixels of a picture together with a false-alarm rate of 1e-3 (`Estimate::agrees_with`).
+//! Judges pictures pixel by pixel, all pixels of a picture together with a false-alarm rate of 1e-3
+//! (`Estimate::agrees_with`).
 
 use harmolux::math::stats::Estimate;
 use harmolux::scene::Film;
 
-/// Gives the luminance of every pixel.
+/// Returns the luminance of every pixel.
 fn pixels(film: &Film) -> impl Iterator<Item = Estimate> {
     let replicates = film.replicates();
     film.image().into_iter().zip(film.standard_errors()).map(move |(colour, standard_error)| {

@@ -29,7 +29,8 @@ pub fn grey(reflectance: f64) -> Material {
     Material::lambert(Rgb::grey(reflectance)).expect("a valid reflectance")
 }
 
-/// A Lambertian material whose emission makes any closed scene of such materials a furnace of luminance `l0`: exitance pi L0 (1 - rho).
+/// A Lambertian material whose emission makes any closed scene of such materials a furnace of
+/// luminance `l0`: exitance pi L0 (1 - rho).
 pub fn furnace(reflectance: f64, l0: f64) -> Material {
     grey(reflectance).emitting(Rgb::grey(PI * l0 * (1.0 - reflectance)))
 }
@@ -64,7 +65,8 @@ pub fn camera(from: DVec3, to: DVec3, resolution: [u32; 2]) -> Camera {
     Camera::perspective(from, to, 60.0_f64.to_radians(), resolution).expect("a valid camera")
 }
 
-/// Image settings with a fixed seed for as many samples of a pixel as take `paths` paths, or four times as many walks.
+/// Image settings with a fixed seed for as many samples of a pixel as take `paths` paths, or four
+/// times as many walks.
 pub fn image(estimator: Estimator, paths: u64) -> ImageSettings {
     let walks = if estimator == Estimator::Path { paths } else { 4 * paths };
     let stop = Stop { walks: Some(walks), ..Stop::default() };
@@ -83,7 +85,8 @@ pub fn sensors(estimator: Estimator, walks: u64) -> SensorSettings {
     SensorSettings { estimator, randomness: Randomness::Sobol, seed: 2012, stop }
 }
 
-/// An octahedron whose faces are split in four `times` times, each vertex moved to `place` of its direction from the origin.
+/// An octahedron whose faces are split in four `times` times, each vertex moved to `place` of its
+/// direction from the origin.
 pub fn sphere_mesh(times: usize, place: impl Fn(DVec3) -> DVec3) -> Mesh {
     let p = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     let faces = vec![

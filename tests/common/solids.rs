@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-/// Writes a prism over the polygon `corners` (counter-clockwise), whose caps are cut into the quadrilaterals `caps` (from 0).
+/// Writes a prism over the polygon `corners` (counter-clockwise), whose caps are cut into the
+/// quadrilaterals `caps` (from 0).
 pub fn prism(corners: &[[f64; 2]], heights: [f64; 2], caps: &[[usize; 4]]) -> String {
     let n = corners.len();
     let mut text = String::new();

@@ -1,7 +1,8 @@
-//! The baselines against exact answers and against the local estimate: photons counted on discs, radiosity with bodies of every kind.
+//! The baselines against exact answers and against the local estimate: photons counted on discs,
+//! radiosity with bodies of every kind.
 //!
-//! Photons measure the mean over their disc. Against that mean they are judged with a false-alarm rate of 1e-3 (`Estimate::agrees_with`); the difference
-//! from the centre is their known bias.
+//! Photons measure the mean over their disc. Against that mean they are judged with a false-alarm
+//! rate of 1e-3 (`Estimate::agrees_with`); the difference from the centre is their known bias.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,7 +15,8 @@ use harmolux::math::quadrature::Rule;
 use harmolux::scene::{Measure, Object, PointLight, Scene, Sensor};
 use harmolux::surface::primitives::Plane;
 
-/// The mean of a function over a disc, from its values at the polar coordinates of Gauss's rule (radius) and equal steps (angle).
+/// The mean of a function over a disc, from its values at the polar coordinates of Gauss's rule
+/// (radius) and equal steps (angle).
 fn disc_mean(radius: f64, f: impl Fn(f64, f64) -> f64) -> f64 {
     let around = |r: f64| {
         let angles = (0..16).map(|k| TAU * (f64::from(k) + 0.5) / 16.0);
@@ -80,7 +82,8 @@ fn photons_measure_the_mean_over_their_disc_between_sobolevs_planes() {
         let direct = disc_mean(radius, |x, y| {
             exact.direct(SobolevPlane::Lower, (r + x).hypot(y)).expect("valid radius")
         });
-        // Straight below the source Sobol points give each of the 2^14 walks' replicates the same whole number of photons.
+        // Straight below the source Sobol points give each of the 2^14 walks' replicates the same
+        // whole number of photons.
         let photon = 4.0 * PI / (f64::from(1 << 14) * PI * radius * radius);
         assert!(found.direct.agrees_with(direct, 0.5 * photon, 3), "{r}: {found:?} {direct}");
     }

@@ -1,6 +1,8 @@
-//! The estimators against exact answers: furnace, Sobolev's planes, the cube of CIE 171; their statistics and reproducibility.
+//! The estimators against exact answers: furnace, Sobolev's planes, the cube of CIE 171; their
+//! statistics and reproducibility.
 //!
-//! Statistical comparisons use fixed seeds and judge all values of a test together with a false-alarm rate of 1e-3 (`Estimate::agrees_with`).
+//! Statistical comparisons use fixed seeds and judge all values of a test together with a
+//! false-alarm rate of 1e-3 (`Estimate::agrees_with`).
 
 use std::f64::consts::PI;
 
@@ -21,7 +23,8 @@ use harmolux::sh::Coefficients;
 use harmolux::surface::primitives::{Plane, Sphere};
 use harmolux::surface::{Intersector, MeshSurface, ShSurface};
 
-/// Furnace scenes: a closed room around an object, everything emitting pi L0 (1 - rho), all reflectances different.
+/// Furnace scenes: a closed room around an object, everything emitting pi L0 (1 - rho), all
+/// reflectances different.
 fn furnace_scene(l0: f64, object: fn(f64) -> Object) -> Scene {
     let walls = [0.5, 0.6, 0.2, 0.7, 0.3, 0.8].map(|rho| furnace(rho, l0));
     let room = room(DVec3::new(4.0, 5.0, 3.0), &walls);
@@ -43,7 +46,7 @@ fn check_furnace(object: fn(f64) -> Object) {
     let view = camera(DVec3::new(0.5, 0.4, 2.5), DVec3::new(2.0, 2.5, 1.2), [32, 32]);
     for estimator in [Estimator::Local(Weighting::of(&scene)), Estimator::Path] {
         let rendering = render(&scene, &view, &image(estimator, 256), &go_on).expect("renders");
-        assert_eq!(rendering.film.spoilt(), 0);
+        assert_eq!(rendering.film.non_finite(), 0);
         assert!(rendering.escaped <= 0.0, "a closed room leaks");
         assert_flat(&rendering.film, l0);
     }
@@ -167,7 +170,8 @@ const SOBOLEV_RADII: [f64; 10] = [0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 
 fn sobolev_case_a_at_ten_radii() {
     let (scene, exact) = sobolev();
     let points = SOBOLEV_RADII.map(|r| Sensor::plane(DVec3::new(r, 0.0, 0.0), DVec3::Z));
-    // Ten gaps from the source only one walk in some hundred comes near: the interval needs many of them.
+    // Ten gaps from the source only one walk in some hundred comes near: the interval needs many of
+    // them.
     for (estimator, walks) in
         [(Estimator::Local(Weighting::Walk), 1 << 18), (Estimator::Path, 1 << 18)]
     {
@@ -198,7 +202,8 @@ fn cylinders_measure_what_their_formulas_say() {
     // A furnace of luminance 30: pi L whatever is lit.
     let glow = Scene::new(vec![room(size, &[(); 6].map(|()| furnace(0.5, 30.0)))], Vec::new())
         .expect("valid");
-    // A lamp 2 m towards +y and 1 m up: E = I sin / (pi d^2), and twice that of the half that faces it.
+    // A lamp 2 m towards +y and 1 m up: E = I sin / (pi d^2), and twice that of the half that faces
+    // it.
     let lamp = PointLight::isotropic("lamp", at + DVec3::new(0.0, 2.0, 1.0), Rgb::grey(100.0));
     let lit =
         Scene::new(vec![room(size, &[(); 6].map(|()| grey(0.6)))], vec![lamp]).expect("valid");
@@ -222,7 +227,8 @@ fn cylinders_measure_what_their_formulas_say() {
 #[test]
 fn luminance_along_rays_is_that_of_sobolevs_planes() {
     let (scene, exact) = sobolev();
-    // Down to the floor aslant, from beside the source, up to the ceiling; the last leaves between the planes.
+    // Down to the floor aslant, from beside the source, up to the ceiling; the last leaves between
+    // the planes.
     let radii = [0.0, 0.5, 1.0, 2.0];
     let eye = DVec3::new(-0.7, 0.3, 0.4);
     let mut rays: Vec<Ray> = radii
@@ -346,7 +352,8 @@ fn error_falls_with_the_number_of_walks() {
         sum.sqrt()
     };
     let plain = error(Randomness::Pseudorandom, 1 << 10) / error(Randomness::Pseudorandom, 1 << 14);
-    // 16 times the walks: 4 times the accuracy; a ratio of two errors from 32 replicates each scatters by some 20 %.
+    // 16 times the walks: 4 times the accuracy; a ratio of two errors from 32 replicates each
+    // scatters by some 20 %.
     assert!((2.4..=6.5).contains(&plain), "plain random numbers: {plain}");
     let sobol = error(Randomness::Sobol, 1 << 10) / error(Randomness::Sobol, 1 << 14);
     assert!(sobol >= 4.0, "Sobol points should do better than 4: {sobol}");
@@ -404,7 +411,8 @@ fn bounded_kernel_tames_the_corner_without_bias() {
     };
     let bounded = run(Weighting::of(&scene), 1 << 13);
     let plain = run(Weighting::Walk, 1 << 13);
-    // The plain estimate's error is itself understated: its rare, large contributions are mostly not in the sample.
+    // The plain estimate's error is itself understated: its rare, large contributions are mostly
+    // not in the sample.
     assert!(bounded.standard_error <= 0.25 * plain.standard_error, "{bounded:?} against {plain:?}");
     let tracer = illuminance(&scene, &corner, &sensors(Estimator::Path, 1 << 15), &go_on)
         .expect("runs")
@@ -494,7 +502,8 @@ fn panel_scene(with_table: bool) -> Scene {
 
 #[test]
 fn flat_lights_are_exact_where_nothing_hides_them() {
-    // Case 5.3 of CIE 171 to 1e-6: E = pi L C by the contour formula of `exact`, with the panel a millimetre below the ceiling.
+    // Case 5.3 of CIE 171 to 1e-6: E = pi L C by the contour formula of `exact`, with the panel a
+    // millimetre below the ceiling.
     let scene = panel_scene(false);
     let points = [
         Sensor::plane(DVec3::new(2.0, 0.25, 0.0), DVec3::Z),

@@ -8,6 +8,6 @@ mod exact_scenes;
 mod light;
 mod limits;
 mod mirrors;
-mod spoilt;
+mod non_finite;
 mod strategies;
 mod symmetries;

@@ -1,6 +1,8 @@
-//! Mirrors, and mixtures with them: against the furnace, and against the room that one sees in a mirror, built.
+//! Mirrors, and mixtures with them: against the furnace, and against the room that one sees in a
+//! mirror, built.
 //!
-//! Statistical comparisons use fixed seeds and judge all values of a test together with a false-alarm rate of 1e-3.
+//! Statistical comparisons use fixed seeds and judge all values of a test together with a
+//! false-alarm rate of 1e-3.
 
 use std::f64::consts::PI;
 
@@ -20,7 +22,7 @@ fn mirror() -> Material {
 
 fn film(scene: &Scene, view: &Camera, estimator: Estimator, walks: u64) -> Film {
     let rendering = render(scene, view, &image(estimator, walks), &go_on).expect("renders");
-    assert_eq!(rendering.film.spoilt(), 0);
+    assert_eq!(rendering.film.non_finite(), 0);
     rendering.film
 }
 
@@ -63,7 +65,8 @@ fn furnace_with_a_mixture() {
     check_furnace(Material::mixture(&parts).expect("valid"));
 }
 
-/// Rooms with a shining ceiling: one with a mirror for a wall, and one of twice the length with what the mirror shows.
+/// Rooms with a shining ceiling: one with a mirror for a wall, and one of twice the length with
+/// what the mirror shows.
 fn mirrored_and_built(reflecting: &Material) -> [Scene; 2] {
     let ball = |x: f64| {
         let ball = Sphere::new(DVec3::new(x, 3.5, 0.8), 0.6).expect("valid");
@@ -113,7 +116,8 @@ fn each_strategy_alone_gives_the_picture_of_both() {
     let [mirrored, _] = mirrored_and_built(&varnish);
     let view = camera(DVec3::new(1.0, 0.6, 1.5), DVec3::new(3.0, 3.0, 1.2), [24, 18]);
     let expected = film(&mirrored, &view, Estimator::Local(Weighting::of(&mirrored)), 1024);
-    // Near edges the variance of a strategy alone has no bound, and the errors of pixels there are not known: only the means can be judged.
+    // Near edges the variance of a strategy alone has no bound, and the errors of pixels there are
+    // not known: only the means can be judged.
     for weighting in [Weighting::Walk, Weighting::Gather] {
         let alone = film(&mirrored, &view, Estimator::Local(weighting), 2048);
         assert_same_mean(&alone, &expected);
@@ -171,7 +175,8 @@ fn lamp_before_a_mirror() -> [Scene; 2] {
 #[test]
 fn walks_show_the_light_of_a_point_in_a_mirror() {
     let [mirrored, built] = lamp_before_a_mirror();
-    // Away from the mirror, which would show places that no strategy lights, and from edges, where the variance of either strategy alone has no bound.
+    // Away from the mirror, which would show places that no strategy lights, and from edges, where
+    // the variance of either strategy alone has no bound.
     let from = DVec3::new(3.8, 2.5, 1.5);
     let to = DVec3::new(0.0, 2.6, 1.3);
     for view in [
@@ -193,7 +198,8 @@ fn light_that_no_ray_finds_is_told() {
     let settings = sensors(Estimator::Local(Weighting::Walk), 64);
     let share = |scene| illuminance(scene, &point, &settings, &go_on).expect("runs").caustic;
     assert!(share(&built) <= 0.0);
-    // The part of all directions in which the lamp sees the mirror, and less than a third of it again for what goes to and fro.
+    // The part of all directions in which the lamp sees the mirror, and less than a third of it
+    // again for what goes to and fro.
     let straight: f64 = [(1.5, 2.2), (1.5, 0.8), (3.5, 2.2), (3.5, 0.8)]
         .map(|(a, b): (f64, f64)| {
             (a * b / (3.0 * (a * a + b * b + 9.0).sqrt())).atan() / (4.0 * PI)

@@ -15,7 +15,8 @@ use harmolux::io::scene_file::SceneFile;
 use harmolux::scene::Filter;
 use harmolux::study::{camera, load};
 
-/// Holds the three to path tracing: by pixels and means, or by means alone where `alone_by_pixel` does not say so of A and B.
+/// Holds the three to path tracing: by pixels and means, or by means alone where `alone_by_pixel`
+/// does not say so of A and B.
 fn check(name: &str, resolution: [u32; 2], alone_by_pixel: bool) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("data/scenes/{name}.toml"));
     let file = SceneFile::read(&path, &[]).expect("a valid scene");
@@ -25,7 +26,7 @@ fn check(name: &str, resolution: [u32; 2], alone_by_pixel: bool) {
     let film = |estimator, walks| {
         let settings = ImageSettings { filter: Filter::Box, ..image(estimator, walks) };
         let film = render(&loaded.scene, &view, &settings, &go_on).expect("renders").film;
-        assert_eq!(film.spoilt(), 0);
+        assert_eq!(film.non_finite(), 0);
         film
     };
     let expected = film(Estimator::Path, 4096);

@@ -56,7 +56,8 @@ fn fit_has_the_published_errors_and_volume() {
 
 #[test]
 fn conforming_projection_is_converged() {
-    // Splitting every face in four quarters the work's error at least 2^6-fold: the difference is the error of the coarse one.
+    // Splitting every face in four quarters the work's error at least 2^6-fold: the difference is
+    // the error of the coarse one.
     let mesh = head();
     let coarse = project_conforming(&mesh, DVec3::ZERO, 32).expect("fits");
     let fine = project_conforming(&split_faces(&mesh), DVec3::ZERO, 32).expect("fits");
@@ -81,7 +82,8 @@ fn grid_projection_agrees_with_the_conforming_one() {
         let difference = Coefficients::from_parts(32, a, b).expect("finite");
         (difference.energy() / (4.0 * PI)).sqrt() / exact.mean()
     };
-    // A mesh is not band-limited: what is beyond the grid's degree aliases, less so on a finer grid.
+    // A mesh is not band-limited: what is beyond the grid's degree aliases, less so on a finer
+    // grid.
     let (coarse, fine) = (difference(1), difference(4));
     assert!(coarse <= 1e-2 && fine <= 2e-4 && fine <= 0.05 * coarse, "{coarse:e} {fine:e}");
 }
@@ -98,7 +100,8 @@ fn least_squares_over_the_vertices_agree_with_the_conforming_projection() {
     let (a, b) = (minus(fit.cosines(), exact.cosines()), minus(fit.sines(), exact.sines()));
     let difference = Coefficients::from_parts(lmax, a, b).expect("finite");
     let rms = (difference.energy() / (4.0 * PI)).sqrt();
-    // The stated error: what truncation leaves scatters over the vertices, and of each vertex the share coefficients / vertices comes back.
+    // The stated error: what truncation leaves scatters over the vertices, and of each vertex the
+    // share coefficients / vertices comes back.
     let truncation = fit_error(&radius, &exact).expect("valid degree").rms;
     let stated = truncation * (exact.count() as f64 / directions.len() as f64).sqrt();
     assert!(rms <= 1.5 * stated, "{rms:e} of {stated:e}");
@@ -135,7 +138,8 @@ fn both_intersectors_agree_on_100_000_rays() {
                 }
                 (None, None) => (false, false),
                 (Some(a), _) => {
-                    // The march may jump over what it documents: a lobe that the ray leaves within one step.
+                    // The march may jump over what it documents: a lobe that the ray leaves within
+                    // one step.
                     let beyond = ray.at(a.distance + step * radius);
                     assert!(certified.body().gap_value(beyond) > 0.0, "{ray:?}");
                     (true, true)
@@ -162,7 +166,8 @@ fn sh_body_and_mesh_of_the_same_sphere_agree() {
         let offset = ray.at(-ray.origin.dot(ray.direction)).length();
         match (sphere.hit(&ray), polyhedron.hit(&ray)) {
             (Some(a), Some(b)) => {
-                // A radial difference d moves the hit by at most d / cos, cos from the ray's distance to the centre.
+                // A radial difference d moves the hit by at most d / cos, cos from the ray's
+                // distance to the centre.
                 let cos = (1.0 - offset * offset).max(1e-9).sqrt();
                 assert!((a.distance - b.distance).abs() <= 4.0 * depth / cos + 1e-9);
                 assert!(a.normal.dot(b.normal) >= 1.0 - 1e-3);

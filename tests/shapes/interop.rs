@@ -1,4 +1,5 @@
-//! Files that other packages wrote, held to the radii that these packages compute from them; tests/interop/ has the scripts.
+//! Files that other packages wrote, held to the radii that these packages compute from them;
+//! tests/interop/ has the scripts.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,8 +12,8 @@ use harmolux::sh::{CondonShortley, Convention, Normalisation, Series};
 
 const MM: f64 = 1e-3;
 
-/// What the packages' roundings may make of a radius: pyshtools takes the sine from the cosine, which a thousandth of a degree beside the
-/// pole leaves seven digits.
+/// What the packages' roundings may make of a radius: pyshtools takes the sine from the cosine,
+/// which a thousandth of a degree beside the pole leaves seven digits.
 const ROUNDING: f64 = 1e-12;
 
 fn folder() -> PathBuf {
@@ -28,7 +29,7 @@ fn read(name: &str, options: &ReadOptions) -> Shape {
     coefficients::read(&folder().join(name), options).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Gives the radii that are known of a file: direction and value.
+/// Returns the radii that are known of a file: direction and value.
 fn known(name: &str) -> Vec<(DVec3, f64)> {
     let text = std::fs::read_to_string(folder().join("radii.json")).expect("readable");
     let all: BTreeMap<String, Vec<[f64; 3]>> = serde_json::from_str(&text).expect("JSON");
@@ -93,7 +94,8 @@ fn table_of_aics_shparam_row_by_row() {
         let shape = read("aicsshparam.csv", &options);
         assert_eq!(shape.coefficients.lmax(), 8);
         assert_radii(&shape, &format!("aicsshparam.csv:{row}"), ROUNDING);
-        // The pears reach from 3.5 to 43.5 voxels and are thick towards +x, their centroids at 26.1: 22.6 voxels one way, 17.4 the other.
+        // The pears reach from 3.5 to 43.5 voxels and are thick towards +x, their centroids at
+        // 26.1: 22.6 voxels one way, 17.4 the other.
         let f = Series::new(&shape.coefficients).expect("evaluable");
         assert!(f.value(DVec3::NEG_X) > f.value(DVec3::X) + 2.0);
     }
@@ -129,7 +131,7 @@ fn every_format_brings_back_what_every_other_keeps() {
 
 /// Cuts, and bytes turned over, in every fixture: an error or a shape, never a panic.
 #[test]
-fn spoilt_files_end_in_an_error_or_a_shape() {
+fn non_finite_files_end_in_an_error_or_a_shape() {
     let entries = std::fs::read_dir(folder()).expect("readable");
     let options = convention(Normalisation::FourPi, CondonShortley::Without);
     for path in entries.map(|e| e.expect("readable").path()) {

@@ -1,4 +1,5 @@
-//! Mesh files that other programs wrote, and what is written here read again: always the same shape.
+//! Mesh files that other programs wrote, and what is written here read again: always the same
+//! shape.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -30,11 +31,13 @@ fn read(name: &str) -> Mesh {
     meshes::read(&file(name)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Lists the faces by their corners, in units of 1/1024, each beginning with its lowest one: the order of vertices and faces is gone.
+/// Lists the faces by their corners, in units of 1/1024, each beginning with its lowest one: the
+/// order of vertices and faces is gone.
 fn faces(mesh: &Mesh) -> Vec<[[i64; 3]; 3]> {
     let whole = |p: DVec3| {
         let units = 1024.0 * p;
-        // The largest error is that of the eight decimals that trimesh writes into OBJ: 1024 * 5e-9.
+        // The largest error is that of the eight decimals that trimesh writes into OBJ: 1024 *
+        // 5e-9.
         assert!((units - units.round()).abs().max_element() <= 1e-5, "{p}");
         units.round().to_array().map(|x| x as i64)
     };
@@ -86,7 +89,8 @@ fn files_of_other_programs_hold_the_same_shape() {
         let report = MeshReport::of(&mesh);
         assert_eq!((report.vertices, report.faces, report.unused_vertices), (42, 80, 0), "{name}");
         assert!(report.require_closed().is_ok(), "{name}");
-        // As trimesh computes them; it writes eight decimals into OBJ, which move each radius by 1e-8 at most.
+        // As trimesh computes them; it writes eight decimals into OBJ, which move each radius by
+        // 1e-8 at most.
         assert!((mesh.volume() - 3.847_947_504_371_404_6).abs() <= 2e-7, "{name}");
         assert!((mesh.area() - 12.080_659_785_844_242).abs() <= 6e-7, "{name}");
     }

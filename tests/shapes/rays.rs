@@ -1,4 +1,5 @@
-//! Rays and SH surfaces: the default intersector against certified stepping, and sense in every answer to every finite ray.
+//! Rays and SH surfaces: the default intersector against certified stepping, and sense in every
+//! answer to every finite ray.
 
 use std::path::Path;
 
@@ -34,7 +35,7 @@ fn default_intersector_keeps_to_certified_stepping() {
     }
 }
 
-/// Gives a surface of each intersector for a sphere and a bumpy body of degree 12.
+/// Returns a surface of each intersector for a sphere and a bumpy body of degree 12.
 fn surfaces() -> Vec<ShSurface> {
     let mut sphere = Coefficients::zeros(0);
     sphere.set(0, 0, 1.0, 0.0);
@@ -82,7 +83,8 @@ fn ray() -> impl Strategy<Value = Ray> {
     })
 }
 
-/// Checks that a hit has numbers, lies between the ends of its ray, and has unit normals and a positive error.
+/// Checks that a hit has numbers, lies between the ends of its ray, and has unit normals and a
+/// positive error.
 fn check_sense(ray: &Ray, hit: &Hit) {
     assert!(hit.distance.is_finite() && ray.contains(hit.distance), "{hit:?}");
     assert!(hit.point.is_finite() && hit.error > 0.0 && hit.error.is_finite(), "{hit:?}");
@@ -90,8 +92,9 @@ fn check_sense(ray: &Ray, hit: &Hit) {
     assert!((hit.shading_normal.length() - 1.0).abs() <= 1e-12, "{hit:?}");
 }
 
-/// Tells whether a ray comes so near to grazing, or starts or ends so near to the surface, that the error bound of the fastest intersector (below
-/// 1e-5 for these bodies) may decide whether it hits: some local extremum of the gap, of 4000 samples 5e-4 apart, is below that.
+/// Whether a ray comes so near to grazing, or starts or ends so near to the surface, that the error
+/// bound of the fastest intersector (below 1e-5 for these bodies) may decide whether it hits: some
+/// local extremum of the gap, of 4000 samples 5e-4 apart, is below that.
 fn is_in_doubt(surface: &ShSurface, ray: &Ray) -> bool {
     let body = surface.body();
     let Some(chord) = body.chord(ray) else { return true };
@@ -138,8 +141,9 @@ fn every_answer_to_every_finite_ray_has_sense() {
         .expect("every ray keeps to it");
 }
 
-/// From 1e9 radii off, where one rounding of the distance is more than what a cell of the shell is widened by, rays once stood still for
-/// ever; from 1e6 radii off some passed through a sphere, on which the point where they came in was rounded to its inside.
+/// From 1e9 radii off, where one rounding of the distance is more than what a cell of the shell is
+/// widened by, rays once stood still for ever; from 1e6 radii off some passed through a sphere, on
+/// which the point where they came in was rounded to its inside.
 #[test]
 fn rays_from_far_off_end_and_hit() {
     for (which, surface) in surfaces().iter().enumerate() {
@@ -152,7 +156,8 @@ fn rays_from_far_off_end_and_hit() {
                 let aside = 0.005 * f64::from(i) * d.any_orthonormal_vector();
                 let ray = Ray::new(aside - 10_f64.powi(exponent) * d, d);
                 let hit = surface.hit(&ray);
-                // Up to 0.3 radii beside the centre of bodies that hold a ball of 0.5; points are rounded to 1e-7 of that at most.
+                // Up to 0.3 radii beside the centre of bodies that hold a ball of 0.5; points are
+                // rounded to 1e-7 of that at most.
                 let must_hit = is_certain && i <= 60 && exponent <= 9;
                 assert!(!must_hit || hit.is_some() && surface.blocked(&ray), "{which}: {ray:?}");
             }

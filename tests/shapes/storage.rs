@@ -1,4 +1,5 @@
-//! The storage claim: the head at degree 32 in a thousandth of its mesh, with a fifth of the truncation error added at most.
+//! The storage claim: the head at degree 32 in a thousandth of its mesh, with a fifth of the
+//! truncation error added at most.
 
 use std::path::Path;
 
@@ -28,7 +29,7 @@ fn turned(coefficients: &Coefficients, angle: f64) -> Coefficients {
     turned
 }
 
-/// Gives the root mean square over the sphere of the difference, by Parseval.
+/// Returns the root mean square over the sphere of the difference, by Parseval.
 fn rms(a: &Coefficients, b: &Coefficients) -> f64 {
     let squares = (0..=a.lmax()).flat_map(|l| (0..=l).map(move |m| (l, m))).map(|(l, m)| {
         let ((a, b), (a2, b2)) = (a.get(l, m), b.get(l, m));
@@ -49,7 +50,8 @@ fn head_fits_in_a_thousandth_of_its_mesh() {
     let straight = Shape::new(fit.coefficients.clone());
     let named = Shape { source: Some(source), ..straight.clone() };
     let askew = Shape::new(turned(&fit.coefficients, 0.5));
-    // The last figures are what was reached: half of the target, and less than it where no mirror plane helps.
+    // The last figures are what was reached: half of the target, and less than it where no mirror
+    // plane helps.
     for (shape, reached) in [(straight, 292), (named, 309), (askew, 530)] {
         let file = compact::encode(&shape, Tolerance::Metres(tolerance)).expect("encoded");
         assert!(file.bytes.len() <= reached.min(target), "{}", file.bytes.len());

@@ -1,4 +1,5 @@
-//! Cameras, crops, filters and layers: in closed rooms of known luminance, and as a user of `render` meets them.
+//! Cameras, crops, filters and layers: in closed rooms of known luminance, and as a user of
+//! `render` meets them.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -51,8 +52,9 @@ fn settings(scene: &Scene, filter: Filter, walks: u64) -> ImageSettings {
     ImageSettings { filter, ..image(Estimator::Local(Weighting::of(scene)), walks) }
 }
 
-/// In a furnace every ray that there is brings the same; the mean over those pixels that are wholly seen has an error of a per mille or two. Bounds of
-/// five standard errors: a false alarm once in 2 million, per camera.
+/// In a furnace every ray that there is brings the same; the mean over those pixels that are wholly
+/// seen has an error of a per mille or two. Bounds of five standard errors: a false alarm once in 2
+/// million, per camera.
 #[test]
 fn every_camera_and_filter_sees_a_furnace_evenly() {
     let l0 = 100.0;
@@ -105,8 +107,9 @@ fn crop_is_the_same_pixels_to_the_bit() {
     }
 }
 
-/// The orthographic fisheye is the hemisphere projected on the plane of a luxmeter: pi times the mean luminance over its circle is the illuminance that
-/// surfaces give there. A false alarm (five standard errors) once in 2 million.
+/// The orthographic fisheye is the hemisphere projected on the plane of a luxmeter: pi times the
+/// mean luminance over its circle is the illuminance that surfaces give there. A false alarm (five
+/// standard errors) once in 2 million.
 #[test]
 fn hemispherical_picture_adds_up_to_the_illuminance_at_the_eye() {
     let walls = [0.2, 0.3, 0.4, 0.5, 0.6, 0.7].map(grey);
@@ -124,7 +127,8 @@ fn hemispherical_picture_adds_up_to_the_illuminance_at_the_eye() {
     let Measured { total, direct, .. } = lit.results[0];
     let mapping = FisheyeMapping::Orthographic;
     let camera = Camera::fisheye(EYE, TO, mapping, PI, [24, 24]).expect("valid");
-    // With the box filter no sample counts for the outside of the square, of which the circle is pi / 4.
+    // With the box filter no sample counts for the outside of the square, of which the circle is pi
+    // / 4.
     let film =
         render(&scene, &camera, &settings(&scene, Filter::Box, 128), &go_on).expect("renders").film;
     let (mean, error) = film.mean();
@@ -209,7 +213,8 @@ fn pictures_of_every_camera_have_layers_metadata_and_false_colours() {
         let [id, depth, luminance] = ["id.Y", "depth.Z", "luminance.Y"].map(channel);
         assert!(id.contains(&1.0) && id.contains(&2.0), "{name}");
         for ((id, depth), luminance) in id.iter().zip(depth).zip(luminance) {
-            // Outside the circle of a fisheye there is nothing; on its rim the few samples of a pixel may all miss.
+            // Outside the circle of a fisheye there is nothing; on its rim the few samples of a
+            // pixel may all miss.
             assert_eq!(*id == 0.0, depth.is_infinite());
             assert!(*id == 0.0 || *depth < 7.1, "{depth}");
             assert!(*luminance > 0.0 || name == "glare", "{name}: {id} {depth}");
@@ -263,7 +268,7 @@ fn pictures_of_nothing_and_impossible_crops_are_refused() {
         ),
         (&["room.toml", "--crop", "0,0,17,3"], 3, &["--crop", "16 x 12 pixels"]),
         (&["room.toml", "-D", "render.crop=[0,0,17,3]"], 3, &["-D render.crop", "16 x 12"]),
-        (&["room.toml", "--crop", "5,0,5,3"], 2, &["holds no pixel"]),
+        (&["room.toml", "--crop", "5,0,5,3"], 2, &["empty crop"]),
         (&["room.toml", "--exposure", "0"], 2, &["write a number above 0"]),
         (&["room.toml", "--camera", "mian"], 3, &["--camera mian", "around, glare, main, plan"]),
         (&["room.toml", "--layers", "norml"], 2, &["normal"]),

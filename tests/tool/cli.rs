@@ -10,7 +10,8 @@ use serde_json::Value;
 use crate::common::desk::{Desk, Said, assert_says, repository};
 use crate::common::solids::{cube, u_shape};
 
-/// A room with a crate, a lamp, a camera of 16 x 12 pixels and five sensors: nothing is fitted, so all runs are short.
+/// A room with a crate, a lamp, a camera of 16 x 12 pixels and five sensors: nothing is fitted, so
+/// all runs are short.
 const ROOM: &str = r#"format = 1
 
 [materials.walls.lambert]
@@ -67,14 +68,14 @@ fn desk_with_room() -> Desk {
     Desk::new().with("room.toml", ROOM)
 }
 
-/// Refuses the room with `from` replaced by `to`.
+/// Rejects the room with `from` replaced by `to`.
 fn refused_room(desk: &Desk, verb: &str, [from, to]: [&str; 2], words: &[&str]) {
     assert!(ROOM.contains(from), "{from}");
     desk.put("changed.toml", ROOM.replacen(from, to, 1));
     desk.refused([verb, "changed.toml"], words);
 }
 
-/// Refuses a mesh for each verb that shapes it.
+/// Rejects a mesh for each verb that shapes it.
 fn refused_mesh(desk: &Desk, mesh: &str, words: &[&str]) {
     desk.refused(["fit", mesh, "-l", "2", "-o", "out.txt"], words);
     desk.refused(["sweep", mesh, "-l", "2", "-o", "out"], words);
@@ -330,7 +331,8 @@ fn json_of_a_sweep_has_falling_errors() {
     let rows = report["rows"].as_array().expect("rows");
     let rms: Vec<f64> = rows.iter().filter_map(|r| r["relative_rms"].as_f64()).collect();
     assert_eq!(rows.len(), 4, "degrees 2, 3, 4 and the mesh");
-    // A cube has no part of odd degree: 3 buys nothing beyond what the points that measure the error make of it.
+    // A cube has no part of odd degree: 3 buys nothing beyond what the points that measure the
+    // error make of it.
     assert!((rms[0] - rms[1]).abs() <= 1e-3 * rms[0] && rms[2] <= 0.5 * rms[1], "{rms:?}");
 }
 
@@ -681,7 +683,8 @@ mod interrupts {
         }
     }
 
-    /// Starts the tool, interrupts it when it has come to its long run, and gives its exit code and what it said.
+    /// Starts the tool, interrupts it when it has come to its long run, and gives its exit code and
+    /// what it said.
     fn interrupted(desk: &Desk, arguments: &[&str]) -> (Option<i32>, String) {
         let log = fs::File::create(desk.path("stderr.log")).expect("created");
         let mut command = desk.command(arguments);

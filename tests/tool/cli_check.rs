@@ -1,4 +1,5 @@
-//! `harmolux check` and `--repair` as a user meets them: what is said of good, bad and hopeless meshes, and what is written.
+//! `harmolux check` and `--repair` as a user meets them: what is said of good, bad and hopeless
+//! meshes, and what is written.
 
 use std::fmt::Write;
 use std::fs;
@@ -191,7 +192,7 @@ fn files_that_cannot_be_used_end_with_3_and_say_why() {
     let cases: [(&str, Vec<u8>, &str); 16] = [
         ("empty.obj", vec![], "empty.obj: no vertices and no faces"),
         ("empty.ply", vec![], "empty.ply: this is no PLY file"),
-        ("empty", vec![], "empty: this is not a mesh format that is known here"),
+        ("empty", vec![], "empty: unrecognised mesh format"),
         ("garbage.obj", garbage.clone(), "garbage.obj: no vertices and no faces"),
         ("garbage.stl", garbage.clone(), "garbage.stl: the header announces"),
         ("garbage.glb", garbage, "garbage.glb:1:1: this is no glTF file"),

@@ -1,4 +1,5 @@
-//! `mesh`, `spectrum`, `diff` and the plots of `sweep` as a user meets them: processes in a folder of their own.
+//! `mesh`, `spectrum`, `diff` and the plots of `sweep` as a user meets them: processes in a folder
+//! of their own.
 
 use std::fs;
 
@@ -35,7 +36,8 @@ fn shape(radius: f64, bumps: f64, centre: DVec3) -> Shape {
 #[test]
 fn diff_encloses_the_distance_of_two_balls() {
     let desk = desk();
-    // On the axis through both centres the spheres reach from -1 to 1 and from -0.85 to 1.35: 0.35 apart on one side, seen from either.
+    // On the axis through both centres the spheres reach from -1 to 1 and from -0.85 to 1.35: 0.35
+    // apart on one side, seen from either.
     let found = desk.json(["diff", "ball.txt", "moved.txt"]);
     assert!(
         number(&found, "hausdorff_lower_m") <= 0.35 && number(&found, "hausdorff_upper_m") >= 0.35

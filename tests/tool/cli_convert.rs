@@ -150,7 +150,7 @@ fn wrong_input_is_refused_and_nothing_is_written() {
         ("points.coef", "--normalisation 4pi", &["a SPHARM-PDM file is always ortho, csphase -1"]),
         ("two.csv", "", &["the table has 2 rows", "`--row`"]),
         ("two.csv", "--row 3", &["there is no row 3"]),
-        ("cube.obj", "", &["no coefficient file that is known here", "harmolux fit"]),
+        ("cube.obj", "", &["unrecognised coefficient file", "harmolux fit"]),
         ("rock.txt", "--from npy", &["this is no .npy file"]),
         ("none.txt", "", &["none.txt: cannot read"]),
         (".", "", &["this is a folder"]),
@@ -260,8 +260,5 @@ fn mesh_becomes_a_mesh() {
     desk.refused("convert rock.txt b.ply", &["these are coefficients", "harmolux mesh"]);
     desk.refused("convert a.txt b.ply -l 4", &["`--degree` is for coefficients"]);
     desk.refused("convert a.txt b.off", &["meshes are written as .obj, .ply or .stl"]);
-    desk.refused(
-        "convert a.txt b.txt",
-        &["no coefficient file that is known here", "harmolux fit"],
-    );
+    desk.refused("convert a.txt b.txt", &["unrecognised coefficient file", "harmolux fit"]);
 }

@@ -1,4 +1,5 @@
-//! Level of detail as a user meets it: `render` says which degree each SH object got, and what that may cost.
+//! Level of detail as a user meets it: `render` says which degree each SH object got, and what that
+//! may cost.
 
 use serde_json::Value;
 

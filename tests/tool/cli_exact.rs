@@ -24,7 +24,7 @@ fn rows(arguments: &str) -> Vec<Value> {
     json(arguments)["rows"].as_array().expect("rows").clone()
 }
 
-/// Gives a column of a problem.
+/// Returns a column of a problem.
 fn column(arguments: &str, name: &str) -> Vec<f64> {
     rows(arguments).iter().map(|row| row[name].as_f64().expect("a number")).collect()
 }
@@ -86,7 +86,8 @@ fn csv_has_the_numbers_of_json_and_replaces_only_its_own() {
         for (line, row) in csv.lines().skip(1).zip(rows(problem)) {
             for (name, field) in header.iter().zip(line.split(',')) {
                 match row[name].as_f64() {
-                    // Both are written to the last bit, but serde_json reads fast, to within a unit in the last place.
+                    // Both are written to the last bit, but serde_json reads fast, to within a unit
+                    // in the last place.
                     Some(number) => {
                         let written: f64 = field.parse().expect("a number");
                         let error = (written - number).abs();

@@ -112,7 +112,7 @@ fn scale_is_what_is_asked_for() {
 }
 
 #[test]
-fn depths_without_end_are_no_spoilt_values() {
+fn depths_without_end_are_no_non_finite_values() {
     let depths = (0..1200).map(|i| if i < 60 { f64::INFINITY } else { 2.0 }).collect::<Vec<_>>();
     let exr = Exr::new(40, 30).with_values("depth.Z", &depths).expect("fits");
     let desk = desk().with("view.exr", exr.to_bytes().expect("encoded"));
@@ -124,11 +124,11 @@ fn depths_without_end_are_no_spoilt_values() {
 }
 
 #[test]
-fn spoilt_and_dark_pictures_are_shown_and_said() {
-    let spoilt = desk().with("view.exr", picture(|i, v| if i < 3 { f64::NAN } else { v }));
-    let text = said(&spoilt, "view.exr -o a.svg -o a.png --lines");
+fn non_finite_and_dark_pictures_are_shown_and_said() {
+    let non_finite = desk().with("view.exr", picture(|i, v| if i < 3 { f64::NAN } else { v }));
+    let text = said(&non_finite, "view.exr -o a.svg -o a.png --lines");
     assert!(text.contains("3 values are not finite; shown magenta"), "{text}");
-    assert!(spoilt.text("a.svg").contains("not finite"));
+    assert!(non_finite.text("a.svg").contains("not finite"));
     let dark = desk().with("view.exr", picture(|_, _| 0.0));
     for words in ["", "--log 3", "--lines -e"] {
         assert_eq!(dark.json(format!("view.exr -o a.png {words}"))["high"], 1.0);

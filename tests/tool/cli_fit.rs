@@ -15,7 +15,8 @@ fn desk() -> Desk {
     Desk::of(&["fit"])
 }
 
-/// A cube of side 4 with a rail along its top that overhangs on both sides: star-shaped about no point.
+/// A cube of side 4 with a rail along its top that overhangs on both sides: star-shaped about no
+/// point.
 fn railed() -> String {
     let corners = [
         [-2.0, -2.0],
@@ -74,7 +75,8 @@ fn envelopes_of_a_folded_mesh_are_fitted_in_their_order() {
     assert!(volumes[0] < 64.32 && 64.32 < volumes[2], "{volumes:?}");
     for fit in &fits {
         let folds = &fit["not_star"];
-        // What the rail overhangs is seen within 2 atan(0.3/2.1) by 2 atan(2/2.1), a few hundredths of the sphere at the most.
+        // What the rail overhangs is seen within 2 atan(0.3/2.1) by 2 atan(2/2.1), a few hundredths
+        // of the sphere at the most.
         assert!(number(folds, "share") > 0.0 && number(folds, "share") < 0.03, "{folds}");
         assert!(number(folds, "quadrature_defect") <= 1e-4, "{folds}");
         // What borders of folds lose would drown the small difference that Parseval takes.
@@ -284,7 +286,8 @@ fn least_squares_over_the_vertices_of_a_mesh_come_close() {
     let fit = desk.json(format!("{head} -l 8 -o b.txt --projection least-squares"));
     assert_eq!(fit["rms_by_parseval"], Value::Null);
     let [a, b] = [&exact, &fit].map(|fit| number(fit, "rms"));
-    // The exact projection has the least error; least squares over 16 331 vertices comes within a part in a thousand.
+    // The exact projection has the least error; least squares over 16 331 vertices comes within a
+    // part in a thousand.
     assert!(a <= b && b <= 1.001 * a, "{a} {b}");
 }
 

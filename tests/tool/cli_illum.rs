@@ -41,7 +41,7 @@ fn illum(desk: &Desk, words: &[&str]) -> (i32, String) {
     desk.run([&["illum", "planes.toml"], words].concat()).all()
 }
 
-/// Gives the report, whether all was met or not.
+/// Returns the report, whether all was met or not.
 fn json(desk: &Desk, words: &[&str]) -> Value {
     let said = desk.run([&["illum", "planes.toml"], words, &["--json"]].concat());
     serde_json::from_str(&said.out).expect("valid JSON on stdout, and nothing else")

@@ -1,4 +1,5 @@
-//! Pictures as a user meets them: runs that are killed and go on, runs that meet, and what is refused before a run.
+//! Pictures as a user meets them: runs that are killed and go on, runs that meet, and what is
+//! refused before a run.
 
 use std::fs;
 use std::process::{Child, Command};

@@ -1,4 +1,5 @@
-//! The verbs that make shapes of shapes, and of chance, as a user meets them: `transform`, `mean`, `random`.
+//! The verbs that make shapes of shapes, and of chance, as a user meets them: `transform`, `mean`,
+//! `random`.
 
 use std::fs;
 

@@ -263,7 +263,7 @@ fn difference(stored: &str, now: &str) -> Option<String> {
     None
 }
 
-/// Tells whether two pieces are the same, numbers nearly so; short ones must be as long.
+/// Whether two pieces are the same, numbers nearly so; short ones must be as long.
 fn alike(i: usize, was: Option<&&str>, is: Option<&&str>) -> bool {
     let (Some(a), Some(b)) = (was, is) else { return false };
     let number = |text: &str| if i % 2 == 1 { text.parse().ok() } else { None };

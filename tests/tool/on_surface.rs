@@ -1,4 +1,5 @@
-//! Sensors on surfaces: what they measure against closed forms, and the maps that `illum` writes of them.
+//! Sensors on surfaces: what they measure against closed forms, and the maps that `illum` writes of
+//! them.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -88,7 +89,7 @@ fn survey(loaded: &Loaded, walks: u64) -> Survey {
     illuminance(&loaded.scene, &sensors, &settings, &|_| ControlFlow::Continue(())).expect("lit")
 }
 
-/// Gives I cos / d^2 of the lamp where it is in front, else 0.
+/// Returns I cos / d^2 of the lamp where it is in front, else 0.
 fn lit(at: DVec3, normal: DVec3) -> f64 {
     let off = LAMP - at;
     100.0 * normal.dot(off).max(0.0) / off.length().powi(3)
@@ -118,7 +119,8 @@ fn sphere_under_a_lamp_has_the_closed_form() {
         let sin2 = 0.64 / (LAMP - DVec3::X).length_squared();
         let mean = 100.0 * 2.0 * PI * (1.0 - (1.0 - sin2).sqrt()) / (4.0 * PI * 0.64);
         let error = sum / count as f64 / mean - 1.0;
-        // The lattice is good to about 1 / n; the vertices of a geodesic sphere differ by some per cent in the area they stand for.
+        // The lattice is good to about 1 / n; the vertices of a geodesic sphere differ by some per
+        // cent in the area they stand for.
         let tolerance = if layout.contains("vertices") { 3e-2 } else { 1e-3 };
         assert!(error.abs() <= tolerance, "{layout}: {error}");
     }
@@ -180,7 +182,8 @@ fn on_convex_bodies_no_sensor_before_the_lamp_is_dark_and_none_behind_is_lit() {
 #[test]
 fn everything_in_a_furnace_receives_pi_l() {
     let folder = folder();
-    // Exitance over absorption: 50 / (1 - 0.5) = 100 lx everywhere; the lamp is outside the room's scene.
+    // Exitance over absorption: 50 / (1 - 0.5) = 100 lx everywhere; the lamp is outside the room's
+    // scene.
     let furnace = START.replace("[lights.lamp.point]\nat = [3, -1, 2]\nintensity = 100\n", "");
     for (kind, lines, layout) in [
         ("sphere", "centre = [0, 0, 0]\nradius = 1\n", "points = 40"),
@@ -223,7 +226,8 @@ fn head_as_mesh_and_as_series_receives_the_same() {
         flux.push([mean, mean * area]);
     }
     let [mesh, series] = [flux[0], flux[1]];
-    // The series of degree 24 has less area behind the ears; what it catches of the lamp differs by its outline alone.
+    // The series of degree 24 has less area behind the ears; what it catches of the lamp differs by
+    // its outline alone.
     assert!((mesh[0] / series[0] - 1.0).abs() <= 0.05, "{flux:?}");
     assert!((mesh[1] / series[1] - 1.0).abs() <= 0.01, "{flux:?}");
 }
@@ -281,7 +285,8 @@ fn head_is_covered_evenly() {
     let rms = (squares / f64::from(n)).sqrt();
     // What twice oversampled series leave of the creases at the ears and the neck.
     assert!(rms <= 1e-2, "{rms}");
-    // In a mean over the area it cancels: moments of the position and of the light of a lamp without its shadows, against weights.
+    // In a mean over the area it cancels: moments of the position and of the light of a lamp
+    // without its shadows, against weights.
     let moments: [fn(DVec3, DVec3) -> f64; 3] = [|p, _| p.z * p.z, |p, _| p.x * p.x, lit];
     for moment in moments {
         let (mut sum, mut weights) = (0.0, 0.0);

@@ -4,8 +4,8 @@
 //!
 //!     cargo run --release --example coverage [SEEDS [NAME]]
 //!
-//! Each value must be held 87 times of 100 by its 95 % interval (of 200 seeds a binomial count falls
-//! below with probability 1e-5), all together by 93 to 97 %. Values that one walk alike knows
+//! Each value must be held 87 times of 100 by its 95 % interval (of 200 seeds a binomial count
+//! falls below with probability 1e-5), all together by 93 to 97 %. Values that one walk alike knows
 //! vary together, so that a row of 200 seeds has a standard error of up to 1.5 %: more seeds, and
 //! the rows whose names begin with NAME, tell chance from fault. Where no light is random the
 //! estimate must be exact.
@@ -26,7 +26,7 @@ use harmolux::exact::{Cube, Plane as Side, SobolevProblem};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::math::{Randomness, Rgb};
 use harmolux::scene::{Material, Object, PointLight, Scene, Sensor};
-use harmolux::study::{known, load};
+use harmolux::study::{known_illuminance, load};
 use harmolux::surface::primitives::{AxisBox, Plane, Sphere};
 
 /// The least share of the seeds whose interval holds a value.
@@ -154,7 +154,7 @@ fn of_scene(name: &'static str, target: f64) -> Result<Problem> {
     let file = format!("data/scenes/exact/{name}.toml");
     let file = SceneFile::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file), &[])?;
     let loaded = load(&file)?;
-    let exact = loaded.sensors.iter().map(|group| known(&file, group));
+    let exact = loaded.sensors.iter().map(|group| known_illuminance(&file, group));
     let exact: Vec<Option<Vec<f64>>> = exact.collect::<Result<_>>()?;
     let sensors = loaded.sensors.iter().flat_map(|group| group.sensors.iter().copied());
     Ok(Problem {

@@ -66,7 +66,8 @@ impl Body {
         }
     }
 
-    /// Looks at the body from a random side; a square picture, the last line cut short where `count` is no square.
+    /// Looks at the body from a random side; a square picture, the last line cut short where
+    /// `count` is no square.
     fn camera(&self, random: &mut Xoshiro256PlusPlus, count: usize) -> Vec<Ray> {
         let back = uniform_sphere(random.random());
         let frame = Frame::about(back);
@@ -95,7 +96,8 @@ impl Body {
         }
     }
 
-    /// Passes a random point along a random tangent, a little above or below, from outside the bounding sphere.
+    /// Passes a random point along a random tangent, a little above or below, from outside the
+    /// bounding sphere.
     fn grazing(&self, random: &mut Xoshiro256PlusPlus) -> Ray {
         let hit = self.point(random);
         let [turn, height, side]: [f64; 3] = random.random();

@@ -1,9 +1,11 @@
-//! Times one way to intersect rays on the rays of a file, so that this library and others answer the very same ones; makes such files.
+//! Times one way to intersect rays on the rays of a file, so that this library and others answer
+//! the very same ones; makes such files.
 //!
 //!     cargo run --release --example ray_file -- data/head.obj 32 rays.f32 --make chords 100000 1
 //!     cargo run --release --example ray_file -- data/head.obj 32 rays.f32 hits.f32 --method patches
 //!
-//! Here are the arguments and the report; `rays` reads and writes the files, `kinds` makes rays, `timing` runs the clock.
+//! Here are the arguments and the report; `rays` reads and writes the files, `kinds` makes rays,
+//! `timing` runs the clock.
 
 mod kinds;
 mod rays;
@@ -27,9 +29,10 @@ use kinds::{Body, Kind};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Reads rays from a file, answers them and prints one line of JSON: method, rays, hits, nanoseconds per ray for the first hit, for
-/// the first hit with its refinement and for occlusion (medians of seven passes on one thread), the milliseconds it took to build
-/// what answers rays, and its bytes (0 where the library does not tell). Or makes such a file: see --make.
+/// Reads rays from a file, answers them and prints one line of JSON: method, rays, hits,
+/// nanoseconds per ray for the first hit, for the first hit with its refinement and for occlusion
+/// (medians of seven passes on one thread), the milliseconds it took to build what answers rays,
+/// and its bytes (0 where the library does not tell). Or makes such a file: see --make.
 ///
 /// A file of rays holds six little-endian f32 a ray: the origin x y z, the unit direction x y z.
 #[derive(Parser)]
@@ -50,10 +53,11 @@ struct Arguments {
     /// Ask for this many rays at once instead of one by one
     #[arg(long, conflicts_with = "make")]
     batch: Option<usize>,
-    /// Write N rays of a kind instead: chords (random chords of the bounding sphere about the origin), camera (a pinhole camera that
-    /// frames the body from a place the seed picks, in scan-line order), shadow (from random points just outside the surface towards
-    /// random points above the horizon there, on a sphere twice the size) or grazing (tangents, passing 1e-3 to 1e-9 radii above or
-    /// below a random point)
+    /// Write N rays of a kind instead: chords (random chords of the bounding sphere about the
+    /// origin), camera (a pinhole camera that frames the body from a place the seed picks, in
+    /// scan-line order), shadow (from random points just outside the surface towards random points
+    /// above the horizon there, on a sphere twice the size) or grazing (tangents, passing 1e-3 to
+    /// 1e-9 radii above or below a random point)
     #[arg(long, num_args = 3, value_names = ["KIND", "N", "SEED"])]
     make: Option<Vec<String>>,
 }

@@ -27,7 +27,8 @@ pub(super) fn read(path: &Path) -> Outcome<Vec<Ray>> {
     let rays = rays.map(|(number, ray)| {
         decode(ray).ok_or_else(|| {
             format!(
-                "{}: ray {number} (from 0) has an origin or a direction that is not finite, or no direction; remove it",
+                "{}: ray {number} (from 0) has an origin or a direction that is not finite, or no \
+                 direction; remove it",
                 path.display()
             )
             .into()

@@ -75,7 +75,7 @@ fn occlusion(surface: &dyn Surface, rays: &[Ray], batch: Option<usize>, blocked:
     }
 }
 
-/// Gives the seconds something takes.
+/// Returns the seconds something takes.
 fn clock(work: impl FnOnce()) -> f64 {
     let started = Instant::now();
     work();

@@ -45,7 +45,8 @@ pub(crate) struct MeshHabits {
 /// How a coefficient file that does not say it is meant
 #[derive(Debug, Args)]
 pub(crate) struct SeriesHabits {
-    /// The normalisation of a coefficient file that does not state it: 4pi, ortho, schmidt or unnorm
+    /// The normalisation of a coefficient file that does not state it: 4pi, ortho, schmidt or
+    /// unnorm
     #[arg(long)]
     pub(crate) normalisation: Option<Normalisation>,
     /// The phase of a coefficient file that does not state it: 1 without, -1 with Condon-Shortley
@@ -54,7 +55,7 @@ pub(crate) struct SeriesHabits {
 }
 
 impl SeriesHabits {
-    /// Gives the convention that was stated, if any.
+    /// Returns the convention that was stated, if any.
     pub(crate) fn convention(&self) -> Option<Convention> {
         let phase = self.csphase.unwrap_or_default();
         self.normalisation.map(|normalisation| Convention { normalisation, phase })
@@ -78,7 +79,7 @@ pub(crate) struct SeriesReading {
 }
 
 impl SeriesReading {
-    /// Gives what is said of the file.
+    /// Returns what is said of the file.
     pub(crate) fn options(&self) -> ReadOptions {
         ReadOptions {
             format: self.from,

@@ -48,7 +48,7 @@ pub(crate) fn about(path: &Path, error: Error) -> Error {
     })
 }
 
-/// Tells the format of a coefficient file; a mesh is none, whatever its extension.
+/// Returns the format of a coefficient file; a mesh is none, whatever its extension.
 pub(crate) fn series_format(
     path: &Path,
     bytes: &[u8],

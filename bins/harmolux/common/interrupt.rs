@@ -17,7 +17,7 @@ pub(crate) fn listen() {
     }
 }
 
-/// Tells whether the run was asked to end.
+/// Whether the run was asked to end.
 pub(crate) fn asked() -> bool {
     ASKED.load(Ordering::SeqCst)
 }

@@ -22,7 +22,7 @@ pub(crate) enum PlotFormat {
 }
 
 impl PlotFormat {
-    /// Tells the format by the extension; `None` for anything but a plot.
+    /// Returns the format by the extension; `None` for anything but a plot.
     pub(crate) fn of_extension(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?;
         [("svg", Self::Svg), ("png", Self::Png)]
@@ -47,7 +47,7 @@ impl PlotFormat {
     }
 }
 
-/// Refuses a name that is none of what a verb can write.
+/// Rejects a name that is none of what a verb can write.
 pub(crate) fn unknown_output(path: &Path, extensions: &str) -> Error {
     Error::Parameter(format!(
         "{}: the extension tells what is written: name a file {extensions}",

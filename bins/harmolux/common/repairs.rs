@@ -12,11 +12,15 @@ use crate::common::say;
 /// What is to be mended in a mesh; nothing is unless asked for
 #[derive(Debug, Args)]
 pub(crate) struct Repairs {
-    /// Repair the mesh: join vertices at equal places, drop faces without area and doubled ones, turn faces outwards
+    /// Repair the mesh: join vertices at equal places, drop faces without area and doubled ones,
+    /// turn faces outwards
     #[arg(long)]
     pub(crate) repair: bool,
     /// Join vertices up to this far apart, metres
-    #[arg(long, value_name = "METRES", default_value_t = 0.0, requires = "repair", value_parser = length)]
+    #[arg(
+        long, value_name = "METRES", default_value_t = 0.0, requires = "repair",
+        value_parser = length
+    )]
     pub(crate) weld: f64,
     /// Fill holes whose rim has at most so many edges
     #[arg(long, value_name = "EDGES", default_value_t = 0, requires = "repair")]

@@ -26,7 +26,8 @@ pub(crate) fn note(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// Prints a line of data on stdout. A reader that has gone away ends the run quietly; any other failure is told.
+/// Prints a line of data on stdout. A reader that has gone away ends the run quietly; any other
+/// failure is told.
 pub(crate) fn data(text: &str) {
     let mut out = std::io::stdout().lock();
     let done = out
@@ -100,8 +101,9 @@ pub(crate) fn columns<const N: usize>(rows: &[[f64; N]]) -> [usize; N] {
     })
 }
 
-/// Writes a value with the digits that its 95 % half width justifies: to the second digit of that, but two at least and seven at most; four where no error
-/// is known, and seven where the value is exact.
+/// Writes a value with the digits that its 95 % half width justifies: to the second digit of that,
+/// but two at least and seven at most; four where no error is known, and seven where the value is
+/// exact.
 pub(crate) fn measured(x: f64, half_width: f64) -> String {
     let magnitude = |x: f64| x.abs().log10().floor() as i32;
     let digits = if half_width.is_nan() {

@@ -48,7 +48,8 @@ pub(crate) fn tell(loaded: Loaded) -> Loaded {
     loaded
 }
 
-/// Takes the stop of the scene file; a quick look takes a tenth of the walks, which is sqrt(10) times the error.
+/// Takes the stop of the scene file; a quick look takes a tenth of the walks, which is sqrt(10)
+/// times the error.
 pub(crate) fn stop(spec: StopSpec, quick: bool) -> Stop {
     let StopSpec { relative_error, time, walks } = spec;
     if !quick {
@@ -61,7 +62,7 @@ pub(crate) fn stop(spec: StopSpec, quick: bool) -> Stop {
     }
 }
 
-/// Gives each fit once, under the name of the first object that has it.
+/// Returns each fit once, under the name of the first object that has it.
 pub(crate) fn distinct(fits: &[FittedObject]) -> impl Iterator<Item = &FittedObject> {
     let mut seen = HashSet::new();
     fits.iter().filter(move |fitted| seen.insert(Arc::as_ptr(&fitted.fit)))

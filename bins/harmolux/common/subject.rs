@@ -33,7 +33,7 @@ impl Read {
         shape.map(Self::Series).map_err(advised)
     }
 
-    /// Gives what is compared.
+    /// Returns what is compared.
     pub(crate) fn subject(&self) -> Subject<'_> {
         match self {
             Self::Series(shape) => Subject::Series(shape),

@@ -30,7 +30,8 @@ pub(crate) fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments)
             Estimator::Radiosity(RadiositySettings { patches, ..default })
         }
     };
-    // Counts are whole numbers: evenly spread walks can give all replicates the same one, and an interval without width.
+    // Counts are whole numbers: evenly spread walks can give all replicates the same one, and an
+    // interval without width.
     let randomness = match estimator {
         Estimator::Photon { .. } => Randomness::Pseudorandom,
         _ => Randomness::Sobol,
@@ -48,7 +49,8 @@ pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>, name: &str) -
     if let (false, Some(target)) = (met, stop.relative_error) {
         let reached = error.map_or("unknown".to_owned(), say::percent);
         say::warning(&format!(
-            "target not met: the {name} is {reached}, asked for {}; allow more time or walks, or relax `relative_error`",
+            "target not met: the {name} is {reached}, asked for {}; allow more time or walks, or \
+             relax `relative_error`",
             say::percent(target)
         ));
     }
@@ -59,7 +61,7 @@ pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>, name: &str) -
     }
 }
 
-/// Gives the error that a survey has reached: none, with a warning, when no light came anywhere.
+/// Returns the error that a survey has reached: none, with a warning, when no light came anywhere.
 pub(crate) fn reached(survey: &Survey) -> Option<f64> {
     let worst = survey.worst();
     if worst.is_none() && survey.walks > 0 {
@@ -97,7 +99,8 @@ pub(crate) fn tell(survey: &Survey) {
             say::percent(exchange.unshot)
         ));
         say::note(
-            "radiosity gives no error: compare with another number of patches to see what they cost",
+            "radiosity gives no error: compare with another number of patches to see what they \
+             cost",
         );
     } else {
         say::note(&format!("{} walks in {time}{end}", survey.walks));
@@ -107,11 +110,14 @@ pub(crate) fn tell(survey: &Survey) {
     }
     if survey.caustic > 0.0 {
         say::warning(&format!(
-            "{} of the light goes from point lights to mirrors, which send it on; by the estimator `local` what of it falls on a sensor straight is missing, by `path` all of it, since no ray finds a point in a mirror (`photon` counts it); give those lights a size: a sphere or a rectangle with an exitance",
+            "{} of the light goes from point lights to mirrors, which send it on; by the \
+             estimator `local` what of it falls on a sensor straight is missing, by `path` all of \
+             it, since no ray finds a point in a mirror (`photon` counts it); give those lights a \
+             size: a sphere or a rectangle with an exitance",
             say::percent(survey.caustic)
         ));
     }
-    for warning in [spoilt(survey), unbounded(survey)].into_iter().flatten() {
+    for warning in [non_finite(survey), unbounded(survey)].into_iter().flatten() {
         say::warning(&warning);
     }
 }
@@ -122,7 +128,8 @@ pub(crate) fn cut_short(survey: &Survey) -> bool {
     let cut_short = survey.ending != Ending::Converged;
     if cut_short {
         say::warning(&format!(
-            "radiosity ended with {} of the light left to pass on: all values are too low; give it more time (`illum.stop.time`), or fewer `patches`",
+            "radiosity ended with {} of the light left to pass on: all values are too low; give \
+             it more time (`illum.stop.time`), or fewer `patches`",
             say::percent(exchange.unshot)
         ));
     }
@@ -136,7 +143,8 @@ pub(crate) fn unreached(survey: &Survey, counts: &[bool]) -> bool {
     if unknown > 0 {
         let of = counts.iter().filter(|counts| **counts).count();
         say::warning(&format!(
-            "the run ended before {unknown} of {of} sensors were served: nothing is known of them; give it more time (`illum.stop.time`), or ask for fewer sensors"
+            "the run ended before {unknown} of {of} sensors were served: nothing is known of \
+             them; give it more time (`illum.stop.time`), or ask for fewer sensors"
         ));
     }
     unknown > 0
@@ -151,24 +159,25 @@ fn unbounded(survey: &Survey) -> Option<String> {
         survey.results.iter().filter(|r| !r.total.mean.is_nan() && !holds(&r.total)).count();
     (count > 0).then(|| {
         format!(
-            "{count} of {} values, or their intervals, are beyond what numbers can hold; what is infinite is null in JSON; see the strength of the lamps",
+            "{count} of {} values, or their intervals, are beyond what numbers can hold; what is \
+             infinite is null in JSON; see the strength of the lamps",
             survey.results.len()
         )
     })
 }
 
 /// Says how many samples were not finite, if any.
-fn spoilt(survey: &Survey) -> Option<String> {
-    let spoilt = non_finite_samples(survey);
-    (spoilt > 0).then(|| {
+fn non_finite(survey: &Survey) -> Option<String> {
+    let non_finite = non_finite_samples(survey);
+    (non_finite > 0).then(|| {
         let (samples, they) =
-            if spoilt == 1 { ("sample was", "it is") } else { ("samples were", "they are") };
-        format!("{spoilt} {samples} not finite; {they} counted here and nowhere else")
+            if non_finite == 1 { ("sample was", "it is") } else { ("samples were", "they are") };
+        format!("{non_finite} {samples} not finite; {they} counted here and nowhere else")
     })
 }
 
 pub(crate) fn non_finite_samples(survey: &Survey) -> u64 {
-    survey.results.iter().map(|r| r.spoilt).sum()
+    survey.results.iter().map(|r| r.non_finite).sum()
 }
 
 #[cfg(test)]
@@ -178,10 +187,10 @@ pub(crate) mod tests {
     use super::*;
 
     /// A survey of one sensor.
-    pub(crate) fn survey(spoilt: u64) -> Survey {
+    pub(crate) fn survey(non_finite: u64) -> Survey {
         let one = Estimate { mean: 2.0, standard_error: 0.1, replicates: 32 };
         Survey {
-            results: vec![Measured { total: one, direct: one, spoilt }],
+            results: vec![Measured { total: one, direct: one, non_finite }],
             replicates: Vec::new(),
             ending: Ending::Walks,
             walks: 1 << 20,
@@ -205,9 +214,11 @@ pub(crate) mod tests {
 
     #[test]
     fn samples_that_are_not_finite_are_told() {
-        assert_eq!(spoilt(&survey(0)), None);
-        let told = spoilt(&survey(1)).expect("one");
+        assert_eq!(non_finite(&survey(0)), None);
+        let told = non_finite(&survey(1)).expect("one");
         assert_eq!(told, "1 sample was not finite; it is counted here and nowhere else");
-        assert!(spoilt(&survey(3)).expect("three").starts_with("3 samples were not finite; they"));
+        assert!(
+            non_finite(&survey(3)).expect("three").starts_with("3 samples were not finite; they")
+        );
     }
 }

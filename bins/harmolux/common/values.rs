@@ -70,7 +70,7 @@ pub(crate) fn settings(text: &str) -> Result<Settings, String> {
 }
 
 impl Settings {
-    /// Gives the values of the known names in their order; one without default must be there.
+    /// Returns the values of the known names in their order; one without default must be there.
     pub(crate) fn values<const N: usize>(
         &self,
         known: [(&str, Option<f64>); N],

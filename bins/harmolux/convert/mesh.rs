@@ -60,7 +60,7 @@ fn convert(verb: &Convert, as_json: bool) -> Result<Code> {
     Ok(Code::Done)
 }
 
-/// Refuses what has no meaning for a mesh.
+/// Rejects what has no meaning for a mesh.
 fn check_options(verb: &Convert) -> Result<()> {
     let reading = &verb.reading;
     let meant_for_coefficients = [
@@ -74,7 +74,8 @@ fn check_options(verb: &Convert) -> Result<()> {
     ];
     match meant_for_coefficients.iter().find(|(given, _)| *given) {
         Some((_, option)) => Err(Error::Parameter(format!(
-            "{}: this is the name of a mesh, and `{option}` is for coefficients: leave it out, or name another file",
+            "{}: this is the name of a mesh, and `{option}` is for coefficients: leave it out, or \
+             name another file",
             verb.output.display()
         ))),
         None => Ok(()),

@@ -22,9 +22,10 @@ use crate::common::values::tolerance;
 
 /// Convert coefficients, or a mesh, between formats
 ///
-/// The format of the input is told by its content, that of the output by its extension (.npy is the array of pyshtools; say `--to alm` for
-/// healpy and ducc0). Numbers are written in metres with all their digits. A mesh becomes a mesh (.obj, .ply
-/// or .stl); `harmolux fit` and `harmolux mesh` go between the two.
+/// The format of the input is told by its content, that of the output by its extension (.npy is the
+/// array of pyshtools; say `--to alm` for healpy and ducc0). Numbers are written in metres with all
+/// their digits. A mesh becomes a mesh (.obj, .ply or .stl); `harmolux fit` and `harmolux mesh` go
+/// between the two.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux convert head.txt head.bshc                    for pyshtools: 4pi, csphase 1
@@ -44,16 +45,19 @@ pub(crate) struct Convert {
     /// The format to write [default: told by the extension]
     #[arg(long, value_name = "FORMAT", value_parser = formats())]
     pub(crate) to: Option<SeriesFormat>,
-    /// The normalisation to write, where the format leaves it open: 4pi, ortho, schmidt or unnorm [default: 4pi]
+    /// The normalisation to write, where the format leaves it open: 4pi, ortho, schmidt or unnorm
+    /// [default: 4pi]
     #[arg(long, value_name = "NORMALISATION")]
     pub(crate) to_normalisation: Option<Normalisation>,
-    /// The phase to write, where the format leaves it open: 1 without, -1 with Condon-Shortley [default: 1]
+    /// The phase to write, where the format leaves it open: 1 without, -1 with Condon-Shortley
+    /// [default: 1]
     #[arg(long, value_name = "CSPHASE", allow_hyphen_values = true)]
     pub(crate) to_csphase: Option<CondonShortley>,
     /// Cut the series at this degree
     #[arg(short = 'l', long = "degree", value_name = "LMAX")]
     pub(crate) degree: Option<usize>,
-    /// How far the compact form (.hxc) may be from the shape, RMS: a part of the mean radius, or a length such as 0.05mm [default: 1e-3]
+    /// How far the compact form (.hxc) may be from the shape, RMS: a part of the mean radius, or a
+    /// length such as 0.05mm [default: 1e-3]
     #[arg(long, value_name = "TOLERANCE", value_parser = tolerance)]
     pub(crate) tolerance: Option<Tolerance>,
     /// Replace a file that another program wrote, or that cannot say who wrote it
@@ -120,8 +124,9 @@ fn read(verb: &Convert) -> Result<Read> {
     let options = verb.reading.options();
     let bytes = coefficients::load(&verb.input)?;
     let format = series_format(&verb.input, &bytes, &options).ok_or_else(|| {
-        let help = "`harmolux fit` makes coefficients of a mesh; `--from` says the format of a coefficient file";
-        let message = "this is no coefficient file that is known here";
+        let help = "`harmolux fit` makes coefficients of a mesh; `--from` says the format of a \
+                    coefficient file";
+        let message = "unrecognised coefficient file";
         Error::from(InputError::new(&verb.input, message).help(help))
     })?;
     let options = ReadOptions { format: Some(format), ..options };

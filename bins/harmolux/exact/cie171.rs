@@ -11,20 +11,25 @@ use crate::common::values::point;
 
 /// CIE 171, case 5.4: the flux of a point source of 10 000 lm is found on the faces of a black room
 ///
-/// The room has 4 x 4 x 3 m. What the faces receive adds up to the flux of the source, wherever it is.
+/// The room has 4 x 4 x 3 m. What the faces receive adds up to the flux of the source, wherever it
+/// is.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux exact cie171-5.4
   harmolux exact cie171-5.4 --at 0.5,2,2.9")]
 pub(crate) struct FluxConservation {
     /// The source, metres from the corner x_min, y_min, z_min
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, default_value = "2,2,1.5")]
+    #[arg(
+        long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point,
+        default_value = "2,2,1.5"
+    )]
     at: DVec3,
 }
 
 /// CIE 171, case 5.5: the directional transmittance of clear glass
 ///
-/// Fresnel's equations for both polarisations with all reflections between the faces, refractive index 1.52.
+/// Fresnel's equations for both polarisations with all reflections between the faces, refractive
+/// index 1.52.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux exact cie171-5.5
@@ -54,26 +59,26 @@ fn angle(text: &str) -> Result<f64, String> {
 /// What cases in lux are read in: for machines, for people.
 const LUX: [&str; 2] = ["illuminance_lx", "E lx"];
 
-/// Gives case 5.2.
+/// Returns case 5.2.
 pub(super) fn point_source() -> Sheet {
     let mut sheet = sheet(&cie171::point_source(), LUX);
     sheet.note("the figures of the report agree to 0.03 %");
     sheet
 }
 
-/// Gives case 5.3.
+/// Returns case 5.3.
 pub(super) fn area_source() -> Sheet {
     sheet(&cie171::area_source(), LUX)
 }
 
-/// Gives case 5.6.
+/// Returns case 5.6.
 pub(super) fn reflection() -> Sheet {
     let mut sheet = sheet(&cie171::diffuse_reflection(), ["ratio_percent", "E/(E_hz rho) %"]);
     sheet.note("the figures of the report are the same");
     sheet
 }
 
-/// Gives case 5.7.
+/// Returns case 5.7.
 pub(super) fn obstruction() -> Sheet {
     let mut sheet = sheet(&cie171::obstruction(), ["ratio_percent", "E/(E_v rho) %"]);
     sheet.note("these are the corrected values: Table 19 of the report is wrong");

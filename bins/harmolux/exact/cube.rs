@@ -7,7 +7,8 @@ use harmolux::exact::{Cube, cie171};
 use super::sheet::{Column, Sheet, Style};
 use crate::common::values::numbers;
 
-/// The points of the references on a face of 4 m, metres from its middle: from there towards an edge and into a corner.
+/// The points of the references on a face of 4 m, metres from its middle: from there towards an
+/// edge and into a corner.
 const POINTS: [[f64; 2]; 7] =
     [[0.0, 0.0], [0.5, 0.5], [1.0, 0.0], [1.0, 1.0], [1.5, 1.5], [1.9, 1.9], [1.99, 1.99]];
 /// The edge of the cube that `POINTS` are for, metres.
@@ -15,8 +16,9 @@ const EDGE: f64 = 4.0;
 
 /// A cube of one reflectance with an isotropic point source in its middle
 ///
-/// Gives the illuminance at points of a face, counted from its middle along its edges. Without options: 4 m, 10 000 lm, reflectance 0.5.
-/// The mean indirect illuminance over all faces, rho flux/[A (1 - rho)], stands beside it.
+/// Gives the illuminance at points of a face, counted from its middle along its edges. Without
+/// options: 4 m, 10 000 lm, reflectance 0.5. The mean indirect illuminance over all faces, rho
+/// flux/[A (1 - rho)], stands beside it.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux exact cube
@@ -31,15 +33,16 @@ pub(crate) struct CubeRoom {
     /// Reflectances, each a cube of its own
     #[arg(long, value_name = "RHO,...", value_delimiter = ',', default_value = "0.5")]
     reflectance: Vec<f64>,
-    /// A point, metres from the middle of the face; may be repeated [default: seven from the middle into a corner]
+    /// A point, metres from the middle of the face; may be repeated [default: seven from the middle
+    /// into a corner]
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     at: Vec<[f64; 2]>,
 }
 
 /// CIE 171, case 5.8: interreflection in a cube of 4 m with 10 000 lm in its middle
 ///
-/// The report asks for the mean indirect illuminance, rho flux/[A (1 - rho)], which is exact as a mean over all faces and at no single
-/// point: it stands in a column of its own.
+/// The report asks for the mean indirect illuminance, rho flux/[A (1 - rho)], which is exact as a
+/// mean over all faces and at no single point: it stands in a column of its own.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux exact cie171-5.8
@@ -48,7 +51,8 @@ pub(crate) struct Interreflection {
     /// Reflectances, each a cube of its own
     #[arg(long, value_name = "RHO,...", value_delimiter = ',', default_value = "0.5,0.8")]
     reflectance: Vec<f64>,
-    /// A point, metres from the middle of the face; may be repeated [default: seven from the middle into a corner]
+    /// A point, metres from the middle of the face; may be repeated [default: seven from the middle
+    /// into a corner]
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     at: Vec<[f64; 2]>,
 }

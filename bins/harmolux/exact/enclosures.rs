@@ -15,8 +15,9 @@ const LIGHT: Style = Style::Significant(10);
 
 /// An integrating sphere of two zones with an isotropic point source on its axis
 ///
-/// Gives the illuminance at heights over the centre, in radii: 1 is the upper pole, 0 the equator. The indirect part is the same everywhere.
-/// Without options: radius 1 m, 1 lm half way up, reflectance 0.9 above the equator and 0.3 below. A port is a zone of reflectance 0.
+/// Gives the illuminance at heights over the centre, in radii: 1 is the upper pole, 0 the equator.
+/// The indirect part is the same everywhere. Without options: radius 1 m, 1 lm half way up,
+/// reflectance 0.9 above the equator and 0.3 below. A port is a zone of reflectance 0.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux exact sphere
@@ -74,7 +75,8 @@ impl Sphere {
 
 /// A spherical cap closed by its flat disc, each emitting and reflecting uniformly
 ///
-/// Without options: a hemisphere of reflectance 0.8 over a disc of reflectance 0.3 that emits 1 lm/m2.
+/// Without options: a hemisphere of reflectance 0.8 over a disc of reflectance 0.3 that emits 1
+/// lm/m2.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux exact cap
@@ -101,7 +103,8 @@ impl Cap {
 
 /// The space between two concentric spheres, each emitting and reflecting uniformly
 ///
-/// Without options: radii 1 m and 2 m, the inner sphere of reflectance 0.4 emits 1 lm/m2, the outer one has reflectance 0.7.
+/// Without options: radii 1 m and 2 m, the inner sphere of reflectance 0.4 emits 1 lm/m2, the outer
+/// one has reflectance 0.7.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux exact concentric

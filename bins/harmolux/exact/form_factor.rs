@@ -18,8 +18,8 @@ const FACTOR: Style = Style::Decimals(10);
 
 /// Form factors between rectangles or discs, and configuration factors at a point
 ///
-/// A form factor F is the share of the flux from a uniform Lambert surface that arrives at another; a configuration factor C is its
-/// limit at a point, so that luminance L gives E = pi L C there.
+/// A form factor F is the share of the flux from a uniform Lambert surface that arrives at another;
+/// a configuration factor C is its limit at a point, so that luminance L gives E = pi L C there.
 #[derive(Debug, Args)]
 #[command(
     subcommand_value_name = "SURFACES",
@@ -89,7 +89,8 @@ struct Discs {
 
 /// A rectangle seen from a point opposite one of its corners (Howell B-3, B-4)
 ///
-/// The receiver is parallel to the rectangle, or at a right angle to it with its normal along the height.
+/// The receiver is parallel to the rectangle, or at a right angle to it with its normal along the
+/// height.
 #[derive(Debug, Args)]
 struct Point {
     /// One side, metres
@@ -112,10 +113,16 @@ struct Polygon {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     vertex: Vec<DVec3>,
     /// The point, metres
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, default_value = "0,0,0")]
+    #[arg(
+        long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point,
+        default_value = "0,0,0"
+    )]
     at: DVec3,
     /// The normal of the receiver there, of any length
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, default_value = "0,0,1")]
+    #[arg(
+        long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point,
+        default_value = "0,0,1"
+    )]
     normal: DVec3,
 }
 

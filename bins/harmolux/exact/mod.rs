@@ -19,7 +19,8 @@ use crate::common::say;
 
 /// Compute problems of light whose answer is known: closed forms and integrals
 ///
-/// Each problem without options is a standard case. Lengths are metres, flux lm, intensity cd; surfaces reflect by Lambert's law.
+/// Each problem without options is a standard case. Lengths are metres, flux lm, intensity cd;
+/// surfaces reflect by Lambert's law.
 #[derive(Debug, Args)]
 #[command(
     subcommand_value_name = "PROBLEM",
@@ -61,7 +62,8 @@ pub(crate) enum Problem {
     PointSource,
     /// CIE 171, case 5.3: a source of 1 x 1 m and 1000 cd/m2 in the ceiling of a black room
     ///
-    /// The room has 4 x 4 x 3 m; A to F are on the wall y = 0, G to N on the floor. The figures of the report stand beside the exact values.
+    /// The room has 4 x 4 x 3 m; A to F are on the wall y = 0, G to N on the floor. The figures of
+    /// the report stand beside the exact values.
     #[command(name = "cie171-5.3")]
     AreaSource,
     #[command(name = "cie171-5.4")]
@@ -70,12 +72,14 @@ pub(crate) enum Problem {
     Glass(cie171::Glass),
     /// CIE 171, case 5.6: light reflected by the floor of a room of 4 x 4 x 3 m
     ///
-    /// E/(E_hz rho) in percent, where the floor alone is lit, by E_hz, and reflects; A to E are on the wall y = 0, G to N on the ceiling.
+    /// E/(E_hz rho) in percent, where the floor alone is lit, by E_hz, and reflects; A to E are on
+    /// the wall y = 0, G to N on the ceiling.
     #[command(name = "cie171-5.6")]
     Reflection,
     /// CIE 171, case 5.7: light reflected by the wall y = 4 past a black box
     ///
-    /// E/(E_v rho) in percent, where that wall alone is lit, by E_v, and reflects; A to F are on the wall y = 0, G to K on the floor.
+    /// E/(E_v rho) in percent, where that wall alone is lit, by E_v, and reflects; A to F are on
+    /// the wall y = 0, G to K on the floor.
     #[command(name = "cie171-5.7")]
     Obstruction,
     #[command(name = "cie171-5.8")]

@@ -62,7 +62,7 @@ impl Sheet {
         self.notes.push(text.into());
     }
 
-    /// Refuses answers that no longer fit into a number.
+    /// Rejects answers that no longer fit into a number.
     pub(super) fn check(&self) -> Result<()> {
         let cells = self.table.rows().iter().flatten();
         let numbers = cells.filter_map(|cell| match cell {
@@ -77,7 +77,7 @@ impl Sheet {
         ))
     }
 
-    /// Gives the table in Markdown.
+    /// Returns the table in Markdown.
     pub(super) fn text(&self) -> String {
         let shown = || self.columns.iter().enumerate().filter(|(_, c)| c.style.is_shown());
         let header: Vec<&str> = shown().map(|(_, c)| c.heading.as_str()).collect();
@@ -88,7 +88,7 @@ impl Sheet {
         table.to_string()
     }
 
-    /// Gives rows and totals as JSON.
+    /// Returns rows and totals as JSON.
     pub(super) fn json(&self) -> Result<String> {
         if self.totals.is_empty() {
             return Ok(String::from_utf8_lossy(&self.table.to_json()?).trim_end().to_owned());

@@ -13,7 +13,8 @@ use crate::common::values::pair;
 
 /// Sobolev's problem: an isotropic point source between two infinite parallel planes, or discs
 ///
-/// Gives illuminance and luminance at distances from the foot of the source. Without options: planes 1 m apart of reflectance 0.5, 1 cd half way.
+/// Gives illuminance and luminance at distances from the foot of the source. Without options:
+/// planes 1 m apart of reflectance 0.5, 1 cd half way.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux exact sobolev
@@ -52,7 +53,10 @@ pub(crate) struct Sobolev {
     #[arg(long, value_name = "METRES")]
     radius: Option<f64>,
     /// Add a column for each order of reflection up to this one
-    #[arg(long, value_name = "N", conflicts_with = "radius", value_parser = clap::value_parser!(u16).range(0..=100))]
+    #[arg(
+        long, value_name = "N", conflicts_with = "radius",
+        value_parser = clap::value_parser!(u16).range(0..=100)
+    )]
     orders: Option<u16>,
 }
 
@@ -74,7 +78,7 @@ impl PlaneName {
 }
 
 /// The light on infinite planes or on discs.
-enum Light {
+enum SplitLight {
     Planes,
     Discs(SobolevDiscs),
 }
@@ -83,16 +87,16 @@ impl Sobolev {
     pub(super) fn solve(&self) -> Result<Sheet> {
         let problem = self.problem();
         let light = match self.radius {
-            None => Light::Planes,
-            Some(radius) => Light::Discs(problem.discs(radius)?),
+            None => SplitLight::Planes,
+            Some(radius) => SplitLight::Discs(problem.discs(radius)?),
         };
         let mut sheet = Sheet::new(self.columns());
         for &(name, plane) in self.plane.planes() {
             for &r in &self.r {
                 let direct = problem.direct(plane, r)?;
                 let indirect = match &light {
-                    Light::Planes => problem.indirect(plane, r)?,
-                    Light::Discs(discs) => discs.indirect(plane, r)?,
+                    SplitLight::Planes => problem.indirect(plane, r)?,
+                    SplitLight::Discs(discs) => discs.indirect(plane, r)?,
                 };
                 let illuminance = direct + indirect;
                 let luminance = self.reflectance_at(plane, r) * illuminance / PI;
@@ -103,7 +107,7 @@ impl Sobolev {
                 sheet.push(std::iter::once(Cell::from(name)).chain(cells));
             }
         }
-        if let Light::Discs(discs) = &light {
+        if let SplitLight::Discs(discs) = &light {
             let (escaped, flux) = (discs.escaped_flux(), 4.0 * PI * problem.intensity);
             sheet.total("escaped_flux_lm", escaped);
             sheet.total("source_flux_lm", flux);
@@ -125,7 +129,7 @@ impl Sobolev {
         }
     }
 
-    /// Gives the reflectance at a distance: nothing reflects outside a disc.
+    /// Returns the reflectance at a distance: nothing reflects outside a disc.
     fn reflectance_at(&self, plane: Plane, r: f64) -> f64 {
         if self.radius.is_some_and(|radius| r > radius) {
             return 0.0;

@@ -11,7 +11,9 @@ use glam::DVec3;
 use harmolux::Result;
 use harmolux::fit::Envelope;
 use harmolux::fit::Shape;
-use harmolux::fit::{Fit as MeshFit, FitSettings, NotStar, PointFit, Projection, fit, fit_points};
+use harmolux::fit::{
+    Fit as MeshFit, FitSettings, FoldPolicy, PointFit, Projection, fit, fit_points,
+};
 use harmolux::io::coefficients::Tolerance;
 use harmolux::io::points;
 use harmolux::sh::Filter;
@@ -24,10 +26,11 @@ use crate::common::values::{point, tolerance};
 
 /// Turn star-shaped meshes into spherical-harmonic coefficients
 ///
-/// The extension chooses the format: .txt is text as pyshtools reads it (4pi normalisation, no Condon-Shortley phase), .hxc the compact form, see `convert`;
-/// metres, z up. Several meshes are fitted into a folder, with one
-/// table of all, fits.csv. Points (.xyz, .csv: x y z and perhaps a weight a line) are fitted by least squares, about the origin if it lies within their
-/// bounds, else about their mean.
+/// The extension chooses the format: .txt is text as pyshtools reads it (4pi normalisation, no
+/// Condon-Shortley phase), .hxc the compact form, see `convert`; metres, z up. Several meshes are
+/// fitted into a folder, with one table of all, fits.csv. Points (.xyz, .csv: x y z and perhaps a
+/// weight a line) are fitted by least squares, about the origin if it lies within their bounds,
+/// else about their mean.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux fit head.obj -l 32 -o head.txt
@@ -37,11 +40,15 @@ use crate::common::values::{point, tolerance};
   harmolux fit scan.xyz -l 12 -o scan.txt --lambda 1e-6
   harmolux fit *.obj -l 16 -o fits")]
 pub(crate) struct Fit {
-    /// The meshes (OBJ, PLY, STL, OFF or glTF), closed and star-shaped about some point, or point files (.xyz, .csv)
+    /// The meshes (OBJ, PLY, STL, OFF or glTF), closed and star-shaped about some point, or point
+    /// files (.xyz, .csv)
     #[arg(required = true, value_name = "MESH")]
     pub(crate) meshes: Vec<PathBuf>,
     /// The truncation degree lmax: (lmax + 1)^2 coefficients
-    #[arg(short = 'l', long = "degree", value_name = "LMAX", value_parser = clap::value_parser!(u32).range(0..=1400))]
+    #[arg(
+        short = 'l', long = "degree", value_name = "LMAX",
+        value_parser = clap::value_parser!(u32).range(0..=1400)
+    )]
     pub(crate) degree: u32,
     /// Where to write the coefficients; of several meshes a folder, made when it is not there
     #[arg(short, long, value_name = "FILE.txt|DIR")]
@@ -55,17 +62,22 @@ pub(crate) struct Fit {
     /// Damp the Laplacian of a least-squares fit: Tikhonov's factor of l^2 (l+1)^2
     #[arg(long, default_value_t = 0.0)]
     pub(crate) lambda: f64,
-    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else one near the centroid]
+    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else
+    /// one near the centroid]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub(crate) centre: Option<DVec3>,
-    /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets it more than once
+    /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets
+    /// it more than once
     #[arg(long, value_name = "ENVELOPE", value_parser = choices::<Envelope>())]
     pub(crate) not_star: Option<Envelope>,
     /// The largest share of such rays that is accepted, per cent of the solid angle
-    #[arg(long, value_name = "PERCENT", default_value_t = 5.0, requires = "not_star", value_parser = percentage)]
+    #[arg(
+        long, value_name = "PERCENT", default_value_t = 5.0, requires = "not_star",
+        value_parser = percentage
+    )]
     pub(crate) not_star_limit: f64,
-    /// How far the compact form (.hxc) may be from the fit, RMS: a part of the mean radius, such as 1e-3, or a length, such as 0.05mm [default: a fifth of
-    /// the error of the fit]
+    /// How far the compact form (.hxc) may be from the fit, RMS: a part of the mean radius, such as
+    /// 1e-3, or a length, such as 0.05mm [default: a fifth of the error of the fit]
     #[arg(long, value_name = "TOLERANCE", value_parser = tolerance)]
     pub(crate) tolerance: Option<Tolerance>,
     /// Damp the series against ringing: lanczos, or heat=T such as heat=0.001
@@ -112,7 +124,7 @@ fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
     Ok(Code::Done)
 }
 
-/// Tells whether the output is meant as a folder: it is one, or its name has no extension.
+/// Whether the output is meant as a folder: it is one, or its name has no extension.
 fn is_folder(output: &Path) -> bool {
     output.is_dir() || output.extension().is_none()
 }
@@ -136,12 +148,13 @@ fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
         ProjectionName::LeastSquares => Projection::LeastSquares { lambda: verb.lambda },
     };
     let not_star =
-        verb.not_star.map(|envelope| NotStar { envelope, limit: 0.01 * verb.not_star_limit });
+        verb.not_star.map(|envelope| FoldPolicy { envelope, limit: 0.01 * verb.not_star_limit });
     let usual = FitSettings::of_degree(verb.degree as usize);
     FitSettings { projection, centre: verb.centre, not_star, filter: verb.filter, ..usual }
 }
 
-/// Writes the coefficients of a fit; the compact form, unless told otherwise, to a fifth of the fit's own error.
+/// Writes the coefficients of a fit; the compact form, unless told otherwise, to a fifth of the
+/// fit's own error.
 pub(crate) fn write(verb: &Fit, fitted: &Fitted, path: &Path, output: ShapeFile) -> Result<()> {
     let (coefficients, centre, rms) = match fitted {
         Fitted::Mesh(fit) => (fit.coefficients.clone(), fit.centre, fit.error.rms),

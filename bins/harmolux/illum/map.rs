@@ -20,13 +20,14 @@ pub(crate) struct MapTarget {
     output: Output,
 }
 
-/// Tells whether a file is to be a map.
+/// Whether a file is to be a map.
 pub(crate) fn is_map(path: &Path) -> bool {
     MeshFormat::of_extension(path) == Some(MeshFormat::Ply)
 }
 
 impl MapTarget {
-    /// Opens a file for the only group of kind surface, or for the one that the file is named after.
+    /// Opens a file for the only group of kind surface, or for the one that the file is named
+    /// after.
     pub(crate) fn open(path: &Path, file: &SceneFile, verb: &Illum) -> Result<Self> {
         let surfaces = file.sensors.iter().filter(|(_, s)| matches!(s, SensorSpec::Surface(_)));
         let names: Vec<&String> = surfaces.map(|(name, _)| name).collect();
@@ -36,7 +37,8 @@ impl MapTarget {
             (_, Some(name)) | ([name], None) => (*name).clone(),
             ([], None) => {
                 return Err(Error::Parameter(format!(
-                    "{}: the scene has no sensors of kind surface to write as PLY; add [sensors.NAME.surface], or name a .csv file",
+                    "{}: the scene has no sensors of kind surface to write as PLY; add \
+                     [sensors.NAME.surface], or name a .csv file",
                     verb.common.scene.display()
                 )));
             }
@@ -44,7 +46,8 @@ impl MapTarget {
                 let list: Vec<String> =
                     several.iter().map(|name| format!("-o {name}.ply")).collect();
                 return Err(Error::Parameter(format!(
-                    "{}: a PLY file holds one group of sensors of kind surface, and the scene has {}; name each file after its group: {}",
+                    "{}: a PLY file holds one group of sensors of kind surface, and the scene has \
+                     {}; name each file after its group: {}",
                     path.display(),
                     several.len(),
                     list.join(" ")
@@ -55,7 +58,8 @@ impl MapTarget {
         Ok(Self { group, output })
     }
 
-    /// Writes the group: position, normal, illuminance, half width and false colour of each sensor, viridis from 0 to the largest illuminance.
+    /// Writes the group: position, normal, illuminance, half width and false colour of each sensor,
+    /// viridis from 0 to the largest illuminance.
     pub(crate) fn write(self, groups: &[Group]) -> Result<()> {
         let Some(group) = groups.iter().find(|group| group.name == self.group) else {
             return Ok(());

@@ -12,7 +12,7 @@ use harmolux::estimators::{Ending, Estimator, GroupSummary, Stop, Survey, illumi
 use harmolux::io::scene_file::{IllumEstimator, RequireSpec, SceneFile, SensorSpec, StopSpec};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::scene::{Measured, Sensor};
-use harmolux::study::{Judged, SensorGroup, Verdict, judge, known};
+use harmolux::study::{Judged, SensorGroup, Verdict, judge, known_illuminance};
 use harmolux::{Error, Result};
 
 use self::map::MapTarget;
@@ -28,11 +28,15 @@ use crate::common::{interrupt, say};
 
 /// Measure illuminance, lx, at the sensors of a scene
 ///
-/// Each value comes with its 95 % interval and the part that arrives directly; each group of sensors with mean, least, largest and U0 = least / mean, each
-/// with an interval of its own. Sensors that `[compare]` names stand beside what they are known to receive. What `[require]` asks for is judged by those intervals: met, not met or undecided; unless all is met, the exit code is 4.
+/// Each value comes with its 95 % interval and the part that arrives directly; each group of
+/// sensors with mean, least, largest and U0 = least / mean, each with an interval of its own.
+/// Sensors that `[compare]` names stand beside what they are known to receive. What `[require]`
+/// asks for is judged by those intervals: met, not met or undecided; unless all is met, the exit
+/// code is 4.
 ///
-/// The run ends when `[illum.stop]` says so: at a relative_error (the largest relative half width of the 95 % intervals), a time, or a number of walks, which
-/// is rounded up to a multiple of 32. Without it, at one per cent or after 262144 walks.
+/// The run ends when `[illum.stop]` says so: at a relative_error (the largest relative half width
+/// of the 95 % intervals), a time, or a number of walks, which is rounded up to a multiple of 32.
+/// Without it, at one per cent or after 262144 walks.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux illum room.toml                               a table
@@ -45,10 +49,13 @@ use crate::common::{interrupt, say};
 pub(crate) struct Illum {
     #[command(flatten)]
     pub(crate) common: SceneArguments,
-    /// Write the values of all sensors (.csv, .npy), a plot of the lines of sensors (.svg, .png) or a group of kind surface in false colours (.ply, named after
-    /// the group where there are several); may be repeated
+    /// Write the values of all sensors (.csv, .npy), a plot of the lines of sensors (.svg, .png) or
+    /// a group of kind surface in false colours (.ply, named after the group where there are
+    /// several); may be repeated
     ///
-    /// The array of an .npy file is float64 of shape (sensors, 10), rows as in the table: x, y, z, normal x, y, z, illuminance, 95 % half width, standard error, direct part; the last four are NaN for a sensor behind an object.
+    /// The array of an .npy file is float64 of shape (sensors, 10), rows as in the table: x, y, z,
+    /// normal x, y, z, illuminance, 95 % half width, standard error, direct part; the last four are
+    /// NaN for a sensor behind an object.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
     /// Replace output files that another program wrote
@@ -79,8 +86,11 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let targets = others.into_iter().map(|path| IllumTarget::open(path, &table, verb.force));
     let targets: Vec<IllumTarget> = targets.collect::<Result<_>>()?;
     let loaded = load_scene(&file)?;
-    let known: Vec<Option<Vec<f64>>> =
-        loaded.sensors.iter().map(|group| known(&file, group)).collect::<Result<_>>()?;
+    let known: Vec<Option<Vec<f64>>> = loaded
+        .sensors
+        .iter()
+        .map(|group| known_illuminance(&file, group))
+        .collect::<Result<_>>()?;
     // Those behind an object are left out: they measure nothing, and decide nothing.
     let counts: Vec<bool> =
         loaded.sensors.iter().flat_map(|g| g.behind.iter().map(Option::is_none)).collect();
@@ -89,7 +99,8 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
         sensors.zip(&counts).filter(|(_, counts)| **counts).map(|(s, _)| s).collect();
     if counts.is_empty() {
         return Err(Error::Parameter(format!(
-            "{}: the scene has no sensors; add [sensors.NAME.points], [sensors.NAME.line], [sensors.NAME.grid] or [sensors.NAME.surface]",
+            "{}: the scene has no sensors; add [sensors.NAME.points], [sensors.NAME.line], \
+             [sensors.NAME.grid] or [sensors.NAME.surface]",
             verb.common.scene.display()
         )));
     }
@@ -149,7 +160,7 @@ fn is_line(spec: &SensorSpec) -> bool {
     matches!(spec, SensorSpec::Line(_))
 }
 
-/// Refuses a plot of a scene without lines of sensors, before anything is computed.
+/// Rejects a plot of a scene without lines of sensors, before anything is computed.
 fn check_plots(verb: &Illum, file: &SceneFile) -> Result<()> {
     let asked = verb.plot || verb.output.iter().any(|p| PlotFormat::of_extension(p).is_some());
     if asked && !file.sensors.values().any(is_line) {
@@ -183,12 +194,14 @@ pub(crate) struct Comparison {
     pub(crate) exact: f64,
     /// How far the estimate is from it, in standard errors.
     pub(crate) deviation: f64,
-    /// Whether that is consistent by the joint test of all sensors of the group; `None` when no error is known.
+    /// Whether that is consistent by the joint test of all sensors of the group; `None` when no
+    /// error is known.
     pub(crate) agrees: Option<bool>,
 }
 
 impl Group<'_> {
-    /// Compares each sensor with what it is known to receive, `None` for one that is behind an object; nothing where nothing is known.
+    /// Compares each sensor with what it is known to receive, `None` for one that is behind an
+    /// object; nothing where nothing is known.
     pub(crate) fn comparisons(&self) -> impl Iterator<Item = Option<Comparison>> {
         let known = self.known.iter().flatten();
         known.zip(self.results).zip(self.behind).map(|((&exact, result), behind)| {
@@ -270,7 +283,7 @@ fn fill(table: &mut Table, groups: &[Group]) {
                 r.direct.mean,
             ];
             let cells = std::iter::once(Cell::from(group.name));
-            let cells = cells.chain(numbers.map(Cell::Number)).chain([Cell::Whole(r.spoilt)]);
+            let cells = cells.chain(numbers.map(Cell::Number)).chain([Cell::Whole(r.non_finite)]);
             let comparison = comparisons.next().flatten();
             let exact = comparison.as_ref().map(|c| c.exact).into();
             let deviation = comparison.map(|c| c.deviation).into();

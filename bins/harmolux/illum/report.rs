@@ -44,7 +44,8 @@ pub(crate) fn group(group: &Group) {
     say::data("");
 }
 
-/// Tells how many sensors agree with what is known, and how far the farthest is off, as the largest difference over the largest exact value.
+/// Tells how many sensors agree with what is known, and how far the farthest is off, as the largest
+/// difference over the largest exact value.
 fn comparison(group: &Group) {
     let compared = || group.comparisons().flatten();
     let count = compared().count();
@@ -174,7 +175,8 @@ pub(crate) fn figure<'a>(lines: impl Iterator<Item = &'a Group<'a>>) -> Figure {
     Figure::new("Illuminance, 95 % intervals", axes, curves)
 }
 
-/// Writes everything as JSON: the rows of the table, the groups with their requirements, and how the run went.
+/// Writes everything as JSON: the rows of the table, the groups with their requirements, and how
+/// the run went.
 pub(crate) fn json(table: &Table, groups: &[Group], survey: &Survey) -> Result<String> {
     let failed = |e| Error::Numeric(format!("the JSON writer failed: {e}"));
     let mut report = serde_json::to_value(table).map_err(failed)?;

@@ -11,7 +11,8 @@ use harmolux::plots::Figure;
 use crate::common::plot::{PlotFormat, unknown_output};
 use crate::common::target::Target;
 
-/// The columns of the array, which the table has too; the first six say where a sensor is, the others what it measured.
+/// The columns of the array, which the table has too; the first six say where a sensor is, the
+/// others what it measured.
 pub(crate) const COLUMNS: [&str; 10] = [
     "x_m",
     "y_m",

@@ -1,4 +1,5 @@
-//! Which degree an SH object was given for a picture, and what that may cost: a line for those that share a degree.
+//! Which degree an SH object was given for a picture, and what that may cost: a line for those that
+//! share a degree.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -63,7 +64,7 @@ fn kept_by_normals(objects: &[&DetailedObject]) -> String {
     }
 }
 
-/// Gives the same object by object.
+/// Returns the same object by object.
 pub(crate) fn json(details: &[DetailedObject]) -> Value {
     let one = |object: &DetailedObject| {
         let d = object.detail;

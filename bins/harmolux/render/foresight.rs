@@ -32,7 +32,8 @@ impl Foresight {
         let walks = progress.walks as f64 / share.max(1e-9);
         if walks < self.passes {
             say::warning(&format!(
-                "at this rate {} do not suffice for two passes, so no error will be known; give it more time (`render.stop.time`), or take a smaller `--size`",
+                "at this rate {} do not suffice for two passes, so no error will be known; give \
+                 it more time (`render.stop.time`), or take a smaller `--size`",
                 progress::duration(limit)
             ));
         }

@@ -27,7 +27,8 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// Opens the checkpoint before anything takes long; its name is that of the picture unless one was given.
+    /// Opens the checkpoint before anything takes long; its name is that of the picture unless one
+    /// was given.
     pub(crate) fn open(verb: &Render, outputs: &[(Image, Output)]) -> Result<Self> {
         let picture = outputs.first().map_or(verb.common.scene.as_path(), |(_, o)| o.path());
         let default = picture.with_extension("checkpoint");
@@ -38,7 +39,8 @@ impl Place {
         output.check_unclaimed()?;
         if resume.is_none() && !verb.force && path.exists() && !is_empty(path) {
             return Err(Error::Parameter(format!(
-                "{} is of a run that was interrupted or can be added to: go on with it by `--resume={}`, or begin anew with `--force`",
+                "{} is of a run that was interrupted or can be added to: go on with it by \
+                 `--resume={}`, or begin anew with `--force`",
                 path.display(),
                 path.display()
             )));
@@ -46,7 +48,8 @@ impl Place {
         Ok(Self { output, named: given.is_some(), resume })
     }
 
-    /// Takes the place, and gives the film to go on with: that of the checkpoint to resume, else an empty one.
+    /// Takes the place, and gives the film to go on with: that of the checkpoint to resume, else an
+    /// empty one.
     pub(crate) fn take(
         self,
         file: &SceneFile,
@@ -85,7 +88,7 @@ fn fingerprint(file: &SceneFile, camera: &Camera, settings: &ImageSettings) -> R
         .with("the filter", settings.filter.name().to_owned()))
 }
 
-/// Tells whether a run was killed before it saved anything.
+/// Whether a run was killed before it saved anything.
 fn is_empty(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|data| data.len() == 0)
 }
@@ -106,7 +109,7 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// Gives the time between checkpoints.
+    /// Returns the time between checkpoints.
     pub(crate) fn every(file: &SceneFile) -> Duration {
         file.render.checkpoint.unwrap_or(EVERY)
     }

@@ -9,15 +9,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use harmolux::estimators::{
-    Ending, Estimator, ImageSettings, Keeper, Progress, Rendering, SHARE_WITHIN, Weighting,
-    render_on,
+    Checkpointer, Ending, Estimator, ImageSettings, Progress, Rendering, SHARE_WITHIN, Weighting,
+    resume,
 };
 use harmolux::fit::{mesh_bytes, series_bytes};
 use harmolux::io::output::Output;
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile};
 use harmolux::math::Randomness;
 use harmolux::scene::{Camera, Film, Layer, Scene, Window};
-use harmolux::study::{FittedObject, Loaded, camera, check_view, load_seen};
+use harmolux::study::{FittedObject, Loaded, camera, check_view, load_for_camera};
 use harmolux::{Error, Result};
 use serde_json::json;
 
@@ -56,7 +56,8 @@ pub(crate) struct Render {
     /// Replace output files that another program wrote
     #[arg(long)]
     pub(crate) force: bool,
-    /// Where to write: FILE.png or FILE.exr; may be repeated [default: the scene's name, both kinds, in this folder]
+    /// Where to write: FILE.png or FILE.exr; may be repeated [default: the scene's name, both
+    /// kinds, in this folder]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
     /// The number of pixels, such as 320x240
@@ -65,19 +66,23 @@ pub(crate) struct Render {
     /// The camera of the scene that takes the picture
     #[arg(long, value_name = "NAME")]
     pub(crate) camera: Option<String>,
-    /// Only this part of the picture: left,top,right,bottom in pixels of its full size, right and bottom not included
+    /// Only this part of the picture: left,top,right,bottom in pixels of its full size, right and
+    /// bottom not included
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
     pub(crate) crop: Option<[u32; 4]>,
     /// PNG value per cd/m2 [default: 0.18 / geometric mean luminance]
     #[arg(long, value_name = "FACTOR", value_parser = factor)]
     pub(crate) exposure: Option<f64>,
-    /// The layers of the EXR: all, none, or some of direct,indirect,normal,depth,id,albedo [default: all]
+    /// The layers of the EXR: all, none, or some of direct,indirect,normal,depth,id,albedo
+    /// [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = LAYERS)]
     pub(crate) layers: Vec<String>,
-    /// Where the state of the run is saved, and stays [default: NAME.checkpoint beside the picture, removed when the run is complete]
+    /// Where the state of the run is saved, and stays [default: NAME.checkpoint beside the picture,
+    /// removed when the run is complete]
     #[arg(long, value_name = "FILE")]
     pub(crate) checkpoint: Option<PathBuf>,
-    /// Go on with an interrupted run, or add walks to a complete one [default: NAME.checkpoint beside the picture]
+    /// Go on with an interrupted run, or add walks to a complete one [default: NAME.checkpoint
+    /// beside the picture]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     pub(crate) resume: Option<Option<PathBuf>>,
 }
@@ -94,7 +99,7 @@ fn crop(text: &str) -> std::result::Result<[u32; 4], String> {
     if x0 < x1 && y0 < y1 {
         return Ok([x0, y0, x1, y1]);
     }
-    Err("this holds no pixel: right must be above left, and bottom above top".to_owned())
+    Err("empty crop: right must exceed left, and bottom top".to_owned())
 }
 
 /// Reads a value of the command line.
@@ -112,7 +117,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let camera = framed(camera(&file)?, &file, verb)?;
     let outputs = open_outputs(verb)?;
     let place = Place::open(verb, &outputs)?;
-    let loaded = tell(load_seen(&file, Some(&camera))?);
+    let loaded = tell(load_for_camera(&file, Some(&camera))?);
     check_view(&file, &loaded.scene, &camera)?;
     detail::tell(&loaded.details);
     let settings = settings(&file.render, &loaded.scene, &verb.common);
@@ -123,19 +128,20 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
         image.write(output, rendering, &loaded.scene, &camera, &file, &settings)
     };
     let mut save = |so_far: &Rendering| kept.save(so_far, &outputs, &write);
-    let keeper = Keeper { every: Kept::every(&file), save: &mut save };
+    let keeper = Checkpointer { every: Kept::every(&file), save: &mut save };
     let foresight = Foresight::new(&settings);
     let watch = |p: &Progress| {
         foresight.look(p);
         meter.show(p)
     };
-    let rendering = render_on(&loaded.scene, &camera, &settings, film, &watch, Some(keeper))
+    let rendering = resume(&loaded.scene, &camera, &settings, film, &watch, Some(keeper))
         .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
     if rendering.unfinished == Some(0.0) {
         kept.end(&rendering);
         say::warning(&format!(
-            "the run ended after {} before the first row of the picture was done, so nothing is written; give it more time (`render.stop.time`), or take a smaller `--size`",
+            "the run ended after {} before the first row of the picture was done, so nothing is \
+             written; give it more time (`render.stop.time`), or take a smaller `--size`",
             progress::duration(rendering.elapsed)
         ));
         return Ok(match rendering.ending {
@@ -209,7 +215,8 @@ fn with_options(mut file: SceneFile, verb: &Render) -> Result<SceneFile> {
     Ok(file)
 }
 
-/// Gives the camera the size and the window that are asked for. A crop counts pixels of the full size, which a quick look halves with it.
+/// Returns the camera the size and the window that are asked for. A crop counts pixels of the full
+/// size, which a quick look halves with it.
 fn framed(camera: Camera, file: &SceneFile, verb: &Render) -> Result<Camera> {
     let full = verb.size.map_or(camera, |size| camera.with_resolution(size));
     let crop = file.render.crop;
@@ -225,12 +232,12 @@ fn framed(camera: Camera, file: &SceneFile, verb: &Render) -> Result<Camera> {
     crop.map_or(Ok(camera), |window| camera.with_window(window))
 }
 
-/// Says what may have spoilt the picture.
+/// Says what may be wrong with the picture.
 fn warn(rendering: &Rendering) {
-    if rendering.film.spoilt() > 0 {
+    if rendering.film.non_finite() > 0 {
         say::warning(&format!(
             "{} samples were not finite; they are counted here and nowhere else",
-            rendering.film.spoilt()
+            rendering.film.non_finite()
         ));
     }
     let mean = rendering.film.mean().0;
@@ -238,7 +245,8 @@ fn warn(rendering: &Rendering) {
         say::warning("no light came to any pixel: see where camera, lamps and walls are");
     } else if mean.is_nan() || mean.abs() > f64::from(f32::MAX) {
         say::warning(
-            "luminances are beyond what a picture can hold (3e38 cd/m2): see the strength of the lamps",
+            "luminances are beyond what a picture can hold (3e38 cd/m2): see the strength of the \
+             lamps",
         );
     }
     if rendering.escaped > 0.0 {
@@ -246,13 +254,17 @@ fn warn(rendering: &Rendering) {
     }
     if rendering.caustic > 0.0 {
         say::warning(&format!(
-            "{} of the light goes from point lights to mirrors, which send it on; what it lights is missing where those places are seen in a mirror (with the estimator `path`, everywhere), since no ray finds a point in a mirror; give those lights a size: a sphere or a rectangle with an exitance",
+            "{} of the light goes from point lights to mirrors, which send it on; what it lights \
+             is missing where those places are seen in a mirror (with the estimator `path`, \
+             everywhere), since no ray finds a point in a mirror; give those lights a size: a \
+             sphere or a rectangle with an exitance",
             say::percent(rendering.caustic)
         ));
     }
     if let Some(share) = rendering.unfinished {
         say::warning(&format!(
-            "ended in its first pass: {} of the rows are done, the others are black, and no error is known; give it more time (`render.stop.time`), or take a smaller `--size`",
+            "ended in its first pass: {} of the rows are done, the others are black, and no error \
+             is known; give it more time (`render.stop.time`), or take a smaller `--size`",
             say::percent(share)
         ));
     } else if rendering.ending == Ending::Interrupted {
@@ -315,7 +327,7 @@ fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
     say::pairs(&lines);
 }
 
-/// Gives the relative error of 95 % of the pixels, if it is known.
+/// Returns the relative error of 95 % of the pixels, if it is known.
 fn known_error(film: &Film) -> Option<f64> {
     let is_known = film.median_relative_error().is_some_and(f64::is_finite);
     film.relative_error_of(SHARE_WITHIN).filter(|_| is_known)
@@ -361,7 +373,7 @@ fn report_json(
         "share_within_target": target.map(|target| film.share_within(target)),
         "escaped_share": rendering.escaped,
         "caustic_share": rendering.caustic,
-        "non_finite_samples": film.spoilt(),
+        "non_finite_samples": film.non_finite(),
         "first_pass_share": rendering.unfinished,
         "ending": rendering.ending.name(),
         "written": written,

@@ -50,7 +50,8 @@ impl Image {
     }
 }
 
-/// Opens the outputs before anything takes long: those named, or both kinds under the scene's name in this folder.
+/// Opens the outputs before anything takes long: those named, or both kinds under the scene's name
+/// in this folder.
 pub(crate) fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
     let stem = verb.common.scene.file_stem().unwrap_or_default();
     let both = || ["png", "exr"].map(|e| Path::new(stem).with_extension(e)).to_vec();
@@ -80,7 +81,8 @@ fn encode_png(rendering: &Rendering, spec: &RenderSpec) -> Result<Vec<u8>> {
     Ok(image.bytes)
 }
 
-/// Gives the channels of the light, which are computed from the film as they are written: a film is large, and they would be half as much again.
+/// Returns the channels of the light, which are computed from the film as they are written: a film
+/// is large, and they would be half as much again.
 fn light<'a>(film: &'a Film, layers: &[Layer]) -> Vec<Computed<'a>> {
     let error = |i| film.standard_error(i) as f32;
     let mut light: Vec<Computed> = vec![("stderr.Y".to_owned(), Box::new(error))];
@@ -147,7 +149,7 @@ fn described(
     Ok(exr)
 }
 
-/// Gives the name of an estimator, as scene files have it.
+/// Returns the name of an estimator, as scene files have it.
 pub(crate) const fn estimator_name(settings: &ImageSettings) -> &'static str {
     match settings.estimator {
         Estimator::Local(Weighting::Walk) => "double-local-a",

@@ -12,7 +12,7 @@ use crate::{Error, Result};
 pub use self::pass::walks_per_sample;
 
 use self::pass::Pass;
-use super::connect::Light;
+use super::connect::SplitLight;
 use super::estimator::Estimator;
 use super::known_lights::KnownLights;
 use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Stop, Watch};
@@ -49,8 +49,8 @@ pub struct Rendering {
     pub mean_walks_per_pixel: f64,
     /// The share of the walks' flux that left an open scene.
     pub escaped: f64,
-    /// The share of all light that point lights shed on mirrors and these send on: where it falls is dark when seen in a mirror itself, and by path
-    /// tracing wherever it is seen.
+    /// The share of all light that point lights shed on mirrors and these send on: where it falls
+    /// is dark when seen in a mirror itself, and by path tracing wherever it is seen.
     pub caustic: f64,
     /// The share of the rows that were done when the run ended in its very first pass; the others
     /// are black, and no error is known. `None` after a complete pass.
@@ -60,8 +60,9 @@ pub struct Rendering {
 }
 
 /// Saves a run now and then, so that it can be taken up again.
-pub struct Keeper<'a> {
-    /// The least time between the end of one saving and the next; longer where saving takes more than a tenth of the time.
+pub struct Checkpointer<'a> {
+    /// The least time between the end of one saving and the next; longer where saving takes more
+    /// than a tenth of the time.
     pub every: Duration,
     /// Saves what there is after a complete pass.
     pub save: &'a mut dyn FnMut(&Rendering),
@@ -79,12 +80,14 @@ pub const SHARE_WITHIN: f64 = 0.95;
 
 /// Renders the luminance, cd/m2, of every pixel of a camera.
 ///
-/// Only the window of the camera is computed; without a target error its pixels are, to the bit, those that the whole picture has there after as many
-/// walks. The pixel filter is sampled in proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
-/// when the number of samples has doubled. With a target error, pixels that are known well enough rest for part of the samples ([`Film::plan`]), and the run
-/// ends when [`SHARE_WITHIN`] of the pixels meet it. Time limits and interruption abandon the pass
-/// under way, the very first one too: then the rows that are done make the picture
-/// ([`Rendering::unfinished`]). Before two passes no error is known.
+/// Only the window of the camera is computed; without a target error its pixels are, to the bit,
+/// those that the whole picture has there after as many walks. The pixel filter is sampled in
+/// proportion to itself. Errors come from [`REPLICATES`] independent replicates and are checked
+/// when the number of samples has doubled. With a target error, pixels that are known well enough
+/// rest for part of the samples ([`Film::plan`]), and the run ends when [`SHARE_WITHIN`] of the
+/// pixels meet it. Time limits and interruption abandon the pass under way, the very first one too:
+/// then the rows that are done make the picture ([`Rendering::unfinished`]). Before two passes no
+/// error is known.
 ///
 /// # Errors
 /// [`crate::Error::Parameter`] when the scene has no light or the image has too many pixels.
@@ -95,22 +98,25 @@ pub fn render(
     observer: Observer,
 ) -> Result<Rendering> {
     let film = Film::new(camera.window().size(), REPLICATES)?;
-    render_on(scene, camera, settings, film, observer, None)
+    resume(scene, camera, settings, film, observer, None)
 }
 
-/// Goes on with a film that [`render`] left, until `settings.stop` is met anew (walks count from the very start, time from now).
+/// Goes on with a film that [`render`] left, until `settings.stop` is met anew (walks count from
+/// the very start, time from now).
 ///
-/// All but the stop must be as it was; then the result is, to the bit, that of a run never interrupted. `keeper` is asked to save in between.
+/// All but the stop must be as it was; then the result is, to the bit, that of a run never
+/// interrupted. `keeper` is asked to save in between.
 ///
 /// # Errors
-/// As [`render`]; also when the film is not of the camera's size or not of [`REPLICATES`] replicates.
-pub fn render_on(
+/// As [`render`]; also when the film is not of the camera's size or not of [`REPLICATES`]
+/// replicates.
+pub fn resume(
     scene: &Scene,
     camera: &Camera,
     settings: &ImageSettings,
     film: Film,
     observer: Observer,
-    mut keeper: Option<Keeper>,
+    mut keeper: Option<Checkpointer>,
 ) -> Result<Rendering> {
     if matches!(settings.estimator, Estimator::Radiosity(_) | Estimator::Photon { .. }) {
         let message = "pictures are estimated by local estimates or paths; radiosity and photons \
@@ -139,7 +145,7 @@ pub fn render_on(
             run.ending = ending;
             return Ok(run);
         }
-        if let Some(Keeper { every, save }) = &mut keeper {
+        if let Some(Checkpointer { every, save }) = &mut keeper {
             let (at, took) = saved;
             if control.elapsed() >= at + (*every).max(9 * took) {
                 // The film and what is written of it need the memory.
@@ -152,7 +158,7 @@ pub fn render_on(
         if run.film.is_between_stages() {
             run.film.plan(settings.stop.relative_error);
         }
-        samples.resize(run.film.size().iter().product(), Light::default());
+        samples.resize(run.film.size().iter().product(), SplitLight::default());
         let watch = Watch::new(&control, observer, run.walks_per_pixel);
         if run.pass(scene, (&launcher, &known_lights), camera, (settings, &watch), &mut samples) {
             run.account(&launcher, settings, &control);
@@ -174,7 +180,7 @@ impl Rendering {
         self.elapsed = control.elapsed();
     }
 
-    /// Tells whether and why a run is over after a complete pass.
+    /// Whether and why a run is over after a complete pass.
     fn ending(&self, control: &mut Control, observer: Observer) -> Option<Ending> {
         let walks = self.walks_per_pixel;
         let known = || {
@@ -208,7 +214,7 @@ impl Rendering {
         (launcher, known_lights): (&Launcher, &KnownLights),
         camera: &Camera,
         (settings, watch): (&ImageSettings, &Watch),
-        samples: &mut [Light],
+        samples: &mut [SplitLight],
     ) -> bool {
         let pass = Pass::new(scene, launcher, known_lights, settings, &self.film, watch);
         let complete = pass.fill(camera, samples);

@@ -1,4 +1,5 @@
-//! One sample of every pixel: walks from the lights, an eye ray for each pixel, and how the two are brought together.
+//! One sample of every pixel: walks from the lights, an eye ray for each pixel, and how the two are
+//! brought together.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,7 +11,7 @@ use crate::math::{Aabb, Rgb, Stream, hash};
 use crate::scene::{Camera, Emitter, Film, Scene, Vertex};
 
 use super::super::cloud::{self, Cloud};
-use super::super::connect::{Batch, Connector, Light};
+use super::super::connect::{Batch, Connector, SplitLight};
 use super::super::direct;
 use super::super::estimator::Estimator;
 use super::super::gather::through_mirror;
@@ -37,7 +38,7 @@ const EYE: u64 = 2;
 const GATHER: u64 = 3;
 const PICK: u64 = 4;
 
-/// Gives how many walks, or paths, a sample of a pixel takes, which is one eye ray.
+/// Returns how many walks, or paths, a sample of a pixel takes, which is one eye ray.
 pub fn walks_per_sample(estimator: &Estimator) -> usize {
     match estimator {
         Estimator::Local(_) => cloud::WALKS,
@@ -114,7 +115,7 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// Gives the mean flux per walk that left the scene.
+    /// Returns the mean flux per walk that left the scene.
     pub(super) fn escaped(&self) -> Rgb {
         let made = || self.clouds.iter().filter_map(OnceLock::get);
         let walks = (made().count() * cloud::WALKS).max(1);
@@ -123,7 +124,7 @@ impl<'a> Pass<'a> {
 
     /// Takes a sample of every pixel that does not rest. Returns whether all were taken: when the
     /// run is to end at once, rows are left black.
-    pub(super) fn fill(&self, camera: &Camera, samples: &mut [Light]) -> bool {
+    pub(super) fn fill(&self, camera: &Camera, samples: &mut [SplitLight]) -> bool {
         let window = camera.window();
         let ([left, top], [width, height]) = (window.min(), window.size());
         let whole_width = u64::from(camera.resolution()[0]);
@@ -132,21 +133,22 @@ impl<'a> Pass<'a> {
             let mut batch = Batch::default();
             for (column, sample) in line.iter_mut().enumerate() {
                 if self.watch.ends() {
-                    line.fill(Light::default());
+                    line.fill(SplitLight::default());
                     return;
                 }
                 let index = self.film.index(row * width as usize + column);
-                // Places in the whole picture, so that a window has the random numbers it has there.
+                // Places in the whole picture, so that a window has the random numbers it has
+                // there.
                 let (column, row) = (column as u64 + u64::from(left), row as u64 + u64::from(top));
                 let corner = DVec2::new(column as f64, row as f64);
-                *sample = index.map_or(Light::default(), |index| {
+                *sample = index.map_or(SplitLight::default(), |index| {
                     let place = [row * whole_width + column, index];
                     self.sample(camera, &tracer, &mut batch, place, corner)
                 });
             }
             // A walk that was left half way spoils the row that used it.
             if self.watch.has_ended() {
-                line.fill(Light::default());
+                line.fill(SplitLight::default());
             } else {
                 self.rows.fetch_add(1, Ordering::Relaxed);
                 let passes = self.film.passes() as f64 + self.share();
@@ -159,7 +161,7 @@ impl<'a> Pass<'a> {
     }
 
     /// Adds what only the walks can show to the samples of all pixels.
-    pub(super) fn splat(&self, camera: &Camera, samples: &mut [Light]) {
+    pub(super) fn splat(&self, camera: &Camera, samples: &mut [SplitLight]) {
         if self.clouds.is_empty() || !self.scene.has_mirrors() {
             return;
         }
@@ -170,7 +172,8 @@ impl<'a> Pass<'a> {
         splat::add(self.scene, camera, self.settings.filter, nodes, weight, samples);
     }
 
-    /// Takes one sample of one pixel: an eye ray, and what the point it meets emits and reflects; through mirrors it goes on to the next point.
+    /// Takes one sample of one pixel: an eye ray, and what the point it meets emits and reflects;
+    /// through mirrors it goes on to the next point.
     fn sample<'b>(
         &'b self,
         camera: &Camera,
@@ -178,30 +181,33 @@ impl<'a> Pass<'a> {
         batch: &mut Batch<'b>,
         [pixel, index]: [u64; 2],
         corner: DVec2,
-    ) -> Light {
+    ) -> SplitLight {
         let seed = hash([seed_of(self.settings, self.film, EYE), pixel]);
         let mut stream = Stream::new(self.settings.randomness, seed, index);
         let [u, v, mut roulette, _] = stream.next_4d();
         let film = |numbers| corner + 0.5 + self.settings.filter.sample(numbers);
-        let (mut light, mut left) = (Light::default(), Rgb::WHITE);
+        let (mut light, mut left) = (SplitLight::default(), Rgb::WHITE);
         if !self.lamps.is_empty() {
             let places = lattice([u, v]).map(film);
-            let Some(emitted) = self.emitted(camera, batch, places) else { return Light::SPOILT };
+            let Some(emitted) = self.emitted(camera, batch, places) else {
+                return SplitLight::NON_FINITE;
+            };
             light.direct += emitted;
         }
         let Some(mut ray) = camera.ray(film([u, v])) else { return light };
         for mirrors in 0.. {
             let Some(vertex) = self.scene.vertex(&ray) else { break };
             if !vertex.is_sound() {
-                return Light::SPOILT;
+                return SplitLight::NON_FINITE;
             }
-            // What shines straight has been looked at. Direct is what has been reflected once at most.
+            // What shines straight has been looked at. Direct is what has been reflected once at
+            // most.
             if mirrors > 0 {
                 let emitted = left * self.scene.emitted(&vertex);
                 *(if mirrors < 2 { &mut light.direct } else { &mut light.indirect }) += emitted;
             }
             if vertex.albedo() > 0.0 {
-                let Light { direct, indirect } =
+                let SplitLight { direct, indirect } =
                     self.reflected(tracer, batch, &vertex, [pixel, index, mirrors], &mut stream);
                 *(if mirrors < 1 { &mut light.direct } else { &mut light.indirect }) +=
                     left * direct;
@@ -216,9 +222,11 @@ impl<'a> Pass<'a> {
         light
     }
 
-    /// Gives the mean luminance of what is seen, without mirrors, at places on the film to shine by itself; `None` when what is there has no sound place.
+    /// Returns the mean luminance of what is seen, without mirrors, at places on the film to shine
+    /// by itself; `None` when what is there has no sound place.
     ///
-    /// A lamp is so bright that most of the error of a picture can be at its edges, if they are seen by as few rays as ask for reflected light.
+    /// A lamp is so bright that most of the error of a picture can be at its edges, if they are
+    /// seen by as few rays as ask for reflected light.
     fn emitted(
         &self,
         camera: &Camera,
@@ -246,7 +254,8 @@ impl<'a> Pass<'a> {
         Some(sum / count)
     }
 
-    /// Estimates the luminance that a vertex reflects, but for what it mirrors, seen from a pixel through so many mirrors.
+    /// Estimates the luminance that a vertex reflects, but for what it mirrors, seen from a pixel
+    /// through so many mirrors.
     fn reflected<'b>(
         &'b self,
         tracer: &PathTracer,
@@ -254,7 +263,7 @@ impl<'a> Pass<'a> {
         vertex: &Vertex<'b>,
         [pixel, index, mirrors]: [u64; 3],
         eye: &mut Stream,
-    ) -> Light {
+    ) -> SplitLight {
         let stream = |index| {
             let own = hash([seed_of(self.settings, self.film, GATHER), pixel]);
             let own = if mirrors == 0 { own } else { hash([own, mirrors]) };
@@ -264,12 +273,12 @@ impl<'a> Pass<'a> {
         let mut direct = direct::few_point_lights(self.scene, &receiver, eye);
         let streams =
             |count: usize| (0..count).map(move |k| stream(index * count as u64 + k as u64));
-        let mean: Light = match self.settings.estimator {
+        let mean: SplitLight = match self.settings.estimator {
             Estimator::Local(_) => {
                 let picked = hash([seed_of(self.settings, self.film, PICK), pixel, index]);
                 let cloud = self.cloud(picked as usize % CLOUDS_PER_PASS);
-                if cloud.spoilt() > 0 {
-                    return Light::SPOILT;
+                if cloud.non_finite() > 0 {
+                    return SplitLight::NON_FINITE;
                 }
                 let outlook = self.known_lights.seen_from(self.scene, &receiver);
                 direct += outlook.light;
@@ -278,14 +287,15 @@ impl<'a> Pass<'a> {
             }
             _ => {
                 let paths = streams(PATHS_PER_SAMPLE).map(|mut s| tracer.trace(&receiver, &mut s));
-                paths.sum::<Light>() / PATHS_PER_SAMPLE as f64
+                paths.sum::<SplitLight>() / PATHS_PER_SAMPLE as f64
             }
         };
-        Light { direct: direct + mean.direct, indirect: mean.indirect }
+        SplitLight { direct: direct + mean.direct, indirect: mean.indirect }
     }
 }
 
-/// Gives a Hammersley set in the unit square that is shifted, round its edges, so that it begins with a given point.
+/// Returns a Hammersley set in the unit square that is shifted, round its edges, so that it begins
+/// with a given point.
 fn lattice([u, v]: [f64; 2]) -> impl ExactSizeIterator<Item = [f64; 2]> {
     let share = f64::from(LOOKS_PER_SAMPLE).recip();
     (0..LOOKS_PER_SAMPLE).map(move |k| {
@@ -294,9 +304,10 @@ fn lattice([u, v]: [f64; 2]) -> impl ExactSizeIterator<Item = [f64; 2]> {
     })
 }
 
-/// Gives the seed of one use of random numbers in the pass that a film takes next.
+/// Returns the seed of one use of random numbers in the pass that a film takes next.
 ///
-/// Points of one scrambled sequence know of each other, so a stage that was planned by earlier ones has a scramble of its own.
+/// Points of one scrambled sequence know of each other, so a stage that was planned by earlier ones
+/// has a scramble of its own.
 fn seed_of(settings: &ImageSettings, film: &Film, purpose: u64) -> u64 {
     let own = seed(settings.seed, film.replicate(), purpose);
     if film.scramble() == 0 { own } else { hash([own, film.scramble()]) }

@@ -1,25 +1,28 @@
 //! Walks connected to the camera: the light that eye rays cannot find.
 //!
-//! A point light in a mirror shines on surfaces where no ray from there finds it again, so that such light comes into a picture by the walks alone
-//! ([`Node::caustic`]): each of those nodes y adds Q f V h(x) dx/dA to the pixels about its image x, h the filter of a pixel and dx/dA the film area per area
-//! of the surface. It is the light tracing of Dutre, Lafortune and Willems (1993). Seen in a mirror those places stay dark: neither eye rays nor walks go there.
+//! A point light in a mirror shines on surfaces where no ray from there finds it again, so that
+//! such light comes into a picture by the walks alone ([`Node::caustic`]): each of those nodes y
+//! adds Q f V h(x) dx/dA to the pixels about its image x, h the filter of a pixel and dx/dA the
+//! film area per area of the surface. It is the light tracing of Dutre, Lafortune and Willems
+//! (1993). Seen in a mirror those places stay dark: neither eye rays nor walks go there.
 
 use glam::DVec2;
 
 use crate::math::{Ray, Rgb};
 use crate::scene::{Camera, Filter, Scene};
 
-use super::super::connect::Light;
+use super::super::connect::SplitLight;
 use super::super::walk::Node;
 
-/// Adds the caustic nodes of walks, each with a weight, to the samples of all pixels of a camera's window.
+/// Adds the caustic nodes of walks, each with a weight, to the samples of all pixels of a camera's
+/// window.
 pub(super) fn add<'a>(
     scene: &Scene,
     camera: &Camera,
     filter: Filter,
     nodes: impl Iterator<Item = &'a Node<'a>>,
     weight: f64,
-    samples: &mut [Light],
+    samples: &mut [SplitLight],
 ) {
     for node in nodes.filter(|node| node.caustic) {
         if let Some((film, light)) = seen(scene, camera, node) {
@@ -30,7 +33,8 @@ pub(super) fn add<'a>(
     }
 }
 
-/// Gives where on the film a node is seen, and its light times the film area it lights, cd/m2 pixels^2; `None` when it is hidden.
+/// Returns where on the film a node is seen, and its light times the film area it lights, cd/m2
+/// pixels^2; `None` when it is hidden.
 fn seen(scene: &Scene, camera: &Camera, node: &Node) -> Option<(DVec2, Rgb)> {
     let vertex = &node.vertex;
     let image = camera.project(vertex.hit.point)?;
@@ -50,7 +54,7 @@ fn seen(scene: &Scene, camera: &Camera, node: &Node) -> Option<(DVec2, Rgb)> {
 }
 
 /// Divides light among the pixels whose filters reach a place on the film.
-fn spread(camera: &Camera, filter: Filter, film: DVec2, light: Rgb, samples: &mut [Light]) {
+fn spread(camera: &Camera, filter: Filter, film: DVec2, light: Rgb, samples: &mut [SplitLight]) {
     let window = camera.window();
     let ([left, top], [width, height]) = (window.min(), window.size());
     let reach = filter.radius();

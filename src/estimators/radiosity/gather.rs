@@ -1,6 +1,6 @@
 //! The final gather: what a receiver gets from the patches, each seen in its contour.
 
-use super::super::connect::Light;
+use super::super::connect::SplitLight;
 use super::super::contour;
 use super::super::receiver::Receiver;
 use super::patches::{Patches, sign};
@@ -12,14 +12,15 @@ use crate::surface::Facet;
 /// Sides per batch of shadow rays.
 const TOGETHER: usize = 64;
 
-/// Adds up what the patches send to a receiver: direct by what they emit, indirect by what they reflect.
+/// Adds up what the patches send to a receiver: direct by what they emit, indirect by what they
+/// reflect.
 pub(super) fn gather(
     scene: &Scene,
     patches: &Patches,
     solution: &Solution,
     receiver: &Receiver,
-) -> Light {
-    let (mut light, mut rays) = (Light::default(), Vec::new());
+) -> SplitLight {
+    let (mut light, mut rays) = (SplitLight::default(), Vec::new());
     let sides: Vec<usize> =
         (0..patches.sides()).filter(|s| !solution.radiosity[*s].is_black()).collect();
     for sides in sides.chunks(TOGETHER) {
@@ -51,7 +52,7 @@ pub(super) fn gather(
     light
 }
 
-/// Gives what a receiver gets from one side of an unhindered facet of radiosity 1.
+/// Returns what a receiver gets from one side of an unhindered facet of radiosity 1.
 fn response(facet: &Facet, sign: f64, receiver: &Receiver) -> Rgb {
     if let Some((normal, weight)) = receiver.cosine() {
         let factor = contour::factor(&facet.corners, receiver.hit.point, normal);
@@ -64,7 +65,8 @@ fn response(facet: &Facet, sign: f64, receiver: &Receiver) -> Rgb {
     Rgb::grey(contour::response(&corners, receiver))
 }
 
-/// Gives the rays to those points of a facet that face the receiver and that it receives light from.
+/// Returns the rays to those points of a facet that face the receiver and that it receives light
+/// from.
 fn shadow_rays(facet: &Facet, sign: f64, receiver: &Receiver) -> impl Iterator<Item = Ray> {
     facet.points.iter().filter_map(move |target| {
         let direction = (target.point - receiver.hit.point).try_normalize()?;

@@ -1,15 +1,19 @@
-//! Radiosity: the deterministic baseline. Surfaces in patches of constant radiosity B, B = M + rho E, exchange light until next to none is left.
+//! Radiosity: the deterministic baseline. Surfaces in patches of constant radiosity B, B = M + rho
+//! E, exchange light until next to none is left.
 //!
-//! Progressive refinement (Cohen, Chen, Wallace and Greenberg 1988): the patch with the most unshot flux shoots it to all others, again and again;
-//! as relaxation this is Southwell's. Form factors are exact for points that see a polygon (Lambert's contour formula) times visibility by shadow
-//! rays; neighbours take the mean over several points of the patch that receives. Point lights light patches and sensors exactly. In the end
-//! each sensor gathers from all patches by the same formula ("final gather"), so that its value does not jump from patch to patch.
+//! Progressive refinement (Cohen, Chen, Wallace and Greenberg 1988): the patch with the most unshot
+//! flux shoots it to all others, again and again; as relaxation this is Southwell's. Form factors
+//! are exact for points that see a polygon (Lambert's contour formula) times visibility by shadow
+//! rays; neighbours take the mean over several points of the patch that receives. Point lights
+//! light patches and sensors exactly. In the end each sensor gathers from all patches by the same
+//! formula ("final gather"), so that its value does not jump from patch to patch.
 //!
-//! The error is that of the patches: nothing here estimates it, and no interval is claimed. It falls about in proportion to their size squared (the number of
-//! patches) where light is smooth, slower at shadow borders and in edges and corners; compare two numbers of patches to see it.
+//! The error is that of the patches: nothing here estimates it, and no interval is claimed. It
+//! falls about in proportion to their size squared (the number of patches) where light is smooth,
+//! slower at shadow borders and in edges and corners; compare two numbers of patches to see it.
 //!
-//! Limits: Lambertian reflection only; bounded surfaces only; every triangle of a mesh is a patch, shaded flat; time grows with the square of the number of
-//! patches.
+//! Limits: Lambertian reflection only; bounded surfaces only; every triangle of a mesh is a patch,
+//! shaded flat; time grows with the square of the number of patches.
 
 mod gather;
 mod patches;
@@ -38,7 +42,8 @@ pub const MAX_PATCHES: usize = 100_000;
 /// Sets how finely radiosity divides a scene and when it ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RadiositySettings {
-    /// About how many patches all surfaces get together, each in proportion to its area, 1 to [`MAX_PATCHES`]; those of curved bodies and meshes may be more.
+    /// About how many patches all surfaces get together, each in proportion to its area, 1 to
+    /// [`MAX_PATCHES`]; those of curved bodies and meshes may be more.
     pub patches: usize,
     /// The share of all light that may be left unshot, above 0 and below 1.
     pub tolerance: f64,
@@ -51,7 +56,7 @@ impl Default for RadiositySettings {
     }
 }
 
-/// Tells how radiosity went.
+/// Describes how radiosity went.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exchange {
     /// The number of patches; each has two sides.
@@ -60,7 +65,8 @@ pub struct Exchange {
     pub shots: u64,
     /// The share of the light that is left unshot.
     pub unshot: f64,
-    /// The share of the light that all patches absorbed: in a closed scene 1, but for what is unshot and the error of the patches.
+    /// The share of the light that all patches absorbed: in a closed scene 1, but for what is
+    /// unshot and the error of the patches.
     pub absorbed: f64,
 }
 
@@ -82,7 +88,8 @@ impl RadiositySettings {
     }
 }
 
-/// Measures what receivers get from the patches of a scene, beside the light of `points`. Of `stop` only the time counts.
+/// Measures what receivers get from the patches of a scene, beside the light of `points`. Of `stop`
+/// only the time counts.
 pub(super) fn survey(
     scene: &Scene,
     receivers: &[Receiver],
@@ -115,7 +122,7 @@ pub(super) fn survey(
         Measured {
             total: Estimate::without_error((*point + light.total()).luminance()),
             direct: Estimate::without_error((*point + light.direct).luminance()),
-            spoilt: 0,
+            non_finite: 0,
         }
     };
     let results: Vec<Measured> = points.par_iter().zip(receivers).map(gather).collect();

@@ -47,7 +47,9 @@ impl Patches {
             }
             if patches.facets.len() > MAX_PATCHES {
                 return Err(Error::Parameter(format!(
-                    "radiosity can hold {MAX_PATCHES} patches and object `{}` takes it beyond; give meshes fewer triangles (each is a patch), ask for fewer patches, or choose the estimator `local`",
+                    "radiosity can hold {MAX_PATCHES} patches and object `{}` takes it beyond; \
+                     give meshes fewer triangles (each is a patch), ask for fewer patches, or \
+                     choose the estimator `local`",
                     object.name
                 )));
             }
@@ -55,17 +57,17 @@ impl Patches {
         Ok(patches)
     }
 
-    /// Gives the facet of a side.
+    /// Returns the facet of a side.
     pub(super) fn facet(&self, side: usize) -> &Facet {
         &self.facets[side / 2]
     }
 
-    /// Gives the reflectance of a side.
+    /// Returns the reflectance of a side.
     pub(super) fn reflectance(&self, side: usize) -> Rgb {
         if self.is_covered(side) { Rgb::BLACK } else { self.reflectance[side / 2] }
     }
 
-    /// Gives the exitance of a side, lm/m2.
+    /// Returns the exitance of a side, lm/m2.
     pub(super) fn exitance(&self, side: usize) -> Rgb {
         let shines = side.is_multiple_of(2) && !self.is_covered(side);
         if shines { self.exitance[side / 2] } else { Rgb::BLACK }
@@ -82,13 +84,13 @@ impl Patches {
     }
 }
 
-/// Gives 1 on the side of the normal, -1 on the other.
+/// Returns 1 on the side of the normal, -1 on the other.
 pub(super) fn sign(side: usize) -> f64 {
     if side.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
-/// Gives a point of `facet` that can see, and be seen on that side by, what looks from `from` with `normal` up: the first of its points from the given one
-/// on.
+/// Returns a point of `facet` that can see, and be seen on that side by, what looks from `from`
+/// with `normal` up: the first of its points from the given one on.
 pub(super) fn facing<'a>(
     facet: &'a Facet,
     sign: f64,
@@ -105,7 +107,8 @@ pub(super) fn facing<'a>(
 
 fn infinite(object: &Object) -> Error {
     Error::Parameter(format!(
-        "object `{}` is infinite and cannot be divided into patches; for radiosity use a disc or a rectangle that is large enough, or choose the estimator `local`",
+        "object `{}` is infinite and cannot be divided into patches; for radiosity use a disc or \
+         a rectangle that is large enough, or choose the estimator `local`",
         object.name
     ))
 }
@@ -114,7 +117,8 @@ fn reflectance(object: &Object, brdf: &Brdf) -> Result<Rgb> {
     match brdf {
         Brdf::Lambert { reflectance } => Ok(*reflectance),
         Brdf::Glossy(_) | Brdf::Mirror { .. } | Brdf::Mixture(_) => Err(Error::Parameter(format!(
-            "the material of object `{}` is not Lambertian; radiosity knows no other, choose the estimator `local` or `path`",
+            "the material of object `{}` is not Lambertian; radiosity knows no other, choose the \
+             estimator `local` or `path`",
             object.name
         ))),
     }

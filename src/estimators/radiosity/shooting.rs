@@ -32,11 +32,13 @@ impl Solution {
     }
 }
 
-/// Patches nearer to each other than this many times the longer of their diagonals exchange light by several points.
+/// Patches nearer to each other than this many times the longer of their diagonals exchange light
+/// by several points.
 const NEAR: f64 = 3.0;
 /// Receiving patches per batch of shadow rays.
 const TOGETHER: usize = 64;
-/// How many form factors are kept for the next time their patch shoots: 1 GiB. What is not kept is computed again.
+/// How many form factors are kept for the next time their patch shoots: 1 GiB. What is not kept is
+/// computed again.
 const KEPT: usize = 1 << 27;
 /// How many shots the observer hears of at a time.
 const REPORTED: u64 = 16;
@@ -136,7 +138,7 @@ impl Exchanged {
         }
     }
 
-    /// Gives the flux that the patches absorbed, lm.
+    /// Returns the flux that the patches absorbed, lm.
     fn absorbed(&self, patches: &Patches) -> Rgb {
         let of = |(side, arrived): (usize, &Rgb)| {
             (Rgb::WHITE - patches.reflectance(side)) * *arrived * patches.facet(side).area
@@ -145,7 +147,7 @@ impl Exchanged {
     }
 }
 
-/// Gives the mean illuminance of a side by the point lights, lx.
+/// Returns the mean illuminance of a side by the point lights, lx.
 fn lit(scene: &Scene, patches: &Patches, side: usize) -> Rgb {
     let points = &patches.facet(side).points;
     let at = |hit| direct::point_lights(scene, &Receiver::side(hit, sign(side)));
@@ -243,7 +245,7 @@ fn are_near(a: &Facet, b: &Facet) -> bool {
     distance2 < NEAR * NEAR * diagonal2(a).max(diagonal2(b))
 }
 
-/// Gives the square of the longer diagonal, m2.
+/// Returns the square of the longer diagonal, m2.
 fn diagonal2(facet: &Facet) -> f64 {
     let [a, b, c, d] = facet.corners;
     a.distance_squared(c).max(b.distance_squared(d))

@@ -1,4 +1,5 @@
-//! Radiosity against exact answers. Nothing here is random: the tolerances are the errors that were found, with a little room.
+//! Radiosity against exact answers. Nothing here is random: the tolerances are the errors that were
+//! found, with a little room.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -66,8 +67,10 @@ fn cube_errors(reflectance: f64, exact: [f64; 7], patches: usize) -> Vec<f64> {
 
 #[test]
 fn cube_of_cie_171() {
-    // The mean over all surfaces is exact to the share that is absorbed, and the error falls with the patches: fivefold and more from 150 to 2400 (sixteen times as many)
-    // away from edges. 1 and 14 cm from two walls (the last two points) patches of 40 and 20 cm cannot follow the light.
+    // The mean over all surfaces is exact to the share that is absorbed, and the error falls with
+    // the patches: fivefold and more from 150 to 2400 (sixteen times as many) away from edges. 1
+    // and 14 cm from two walls (the last two points) patches of 40 and 20 cm cannot follow the
+    // light.
     for (reflectance, exact, coarse, middle) in
         [(0.5, HALF, 6e-3, 2e-3), (0.8, FOUR_FIFTHS, 7e-3, 2.5e-3)]
     {
@@ -128,7 +131,8 @@ fn sobolev_discs() {
             let errors = found.results.iter().zip(exact).map(|(r, e)| (r.total.mean - e).abs());
             let largest = errors.fold(0.0, f64::max) / exact[0];
             assert!(largest <= bound, "{radius} {patches}: {largest}");
-            // What does not escape between discs of radius 10 is absorbed, by their integral equation.
+            // What does not escape between discs of radius 10 is absorbed, by their integral
+            // equation.
             let absorbed = found.radiosity.expect("told").absorbed;
             assert!(radius != 10.0 || (absorbed - 0.935_699).abs() <= 2e-3, "{absorbed}");
         }
@@ -160,7 +164,8 @@ fn concentric_spheres() {
 
 #[test]
 fn furnace_of_boxes_tables_and_meshes() {
-    // All emit pi L0 (1 - rho): E = pi L0 on both sides of the table, around the cube, in free space, and for a cylinder.
+    // All emit pi L0 (1 - rho): E = pi L0 on both sides of the table, around the cube, in free
+    // space, and for a cylinder.
     let furnace = |rho: f64| grey(rho).emitting(Rgb::grey(PI * (1.0 - rho)));
     let walls = AxisBox::new(DVec3::ZERO, DVec3::new(4.0, 5.0, 3.0)).expect("valid");
     let cube = MeshSurface::new(shapes::cube().translated(DVec3::new(2.5, 3.0, 0.5)));
@@ -190,7 +195,8 @@ fn furnace_of_boxes_tables_and_meshes() {
 
 #[test]
 fn tables_cast_shadows_and_reflect_below() {
-    // A lamp over a table: no light straight below it, and some that the floor and then its underside reflect.
+    // A lamp over a table: no light straight below it, and some that the floor and then its
+    // underside reflect.
     let plate = |corner: DVec3, side: f64| {
         Rectangle::new(corner, side * DVec3::X, side * DVec3::Y).expect("valid")
     };

@@ -1,7 +1,7 @@
 //! The best and the preferred centre of a mesh.
 //!
-//! The best centre maximises the clearance: a linear program with four unknowns, max rho subject to n_i.c + rho <= n_i.v_i, solved
-//! by constraint generation, since only a few faces bind.
+//! The best centre maximises the clearance: a linear program with four unknowns, max rho subject to
+//! n_i.c + rho <= n_i.v_i, solved by constraint generation, since only a few faces bind.
 
 use glam::{DMat3, DVec3};
 use microlp::{ComparisonOp, OptimizationDirection, Problem};
@@ -10,8 +10,9 @@ use crate::fit::star::{Plane, check_faces, least_clearance, planes};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 
-/// Finds the centre, metres, with the largest clearance, metres, within the bounds of the mesh. A positive clearance says that it
-/// sees every face; the clearance is that of the centre given, and within 1e-6 of the size of the mesh of the best.
+/// Finds the centre, metres, with the largest clearance, metres, within the bounds of the mesh. A
+/// positive clearance says that it sees every face; the clearance is that of the centre given, and
+/// within 1e-6 of the size of the mesh of the best.
 ///
 /// # Errors
 /// As [`super::test()`]; [`Error::Numeric`] when the linear program fails.
@@ -43,10 +44,12 @@ const START: usize = 32;
 const TAKEN: usize = 16;
 /// Rounds after which the search gives up; the head takes about ten.
 const ROUNDS: usize = 1000;
-/// The tolerance of the linear program, which a face must miss by more to be taken, in units of half the size of the mesh.
+/// The tolerance of the linear program, which a face must miss by more to be taken, in units of
+/// half the size of the mesh.
 const TOLERANCE: f64 = 2e-7;
 
-/// The units of the linear program: the mesh within [-1, 1], where microlp's absolute tolerance of 1e-7 means something.
+/// The units of the linear program: the mesh within [-1, 1], where microlp's absolute tolerance of
+/// 1e-7 means something.
 struct Unit {
     middle: DVec3,
     size: f64,
@@ -110,11 +113,12 @@ fn most_violated(mesh: &Mesh, unit: &Unit, in_use: &[Row], centre: DVec3, rho: f
 /// The share of the best clearance that a preferred centre keeps.
 const KEPT: f64 = 0.5;
 
-/// Finds, among the centres with at least half the best clearance, the one nearest the centroid of the volume; with it, its
-/// clearance, metres. Where no centre is valid (the best clearance is not positive) it is the best one.
+/// Finds, among the centres with at least half the best clearance, the one nearest the centroid of
+/// the volume; with it, its clearance, metres. Where no centre is valid (the best clearance is not
+/// positive) it is the best one.
 ///
-/// The best centre of a shape may be far from its middle, where a series about it converges slowly; a centre that barely sees some
-/// face makes the radius steep there. This keeps away from both.
+/// The best centre of a shape may be far from its middle, where a series about it converges slowly;
+/// a centre that barely sees some face makes the radius steep there. This keeps away from both.
 ///
 /// # Errors
 /// As [`best_centre`].
@@ -122,7 +126,8 @@ pub fn preferred_centre(mesh: &Mesh) -> Result<(DVec3, f64)> {
     Ok(centres(mesh)?.1)
 }
 
-/// Finds the best centre and the preferred one, each with its clearance, metres: one search for both.
+/// Finds the best centre and the preferred one, each with its clearance, metres: one search for
+/// both.
 ///
 /// # Errors
 /// As [`best_centre`].
@@ -148,8 +153,9 @@ struct HalfSpace {
     offset: f64,
 }
 
-/// Finds the point nearest the goal with this clearance: the projection on a polyhedron, which at most three faces decide. The face
-/// missed most is taken up until none is missed; of those in use the best three are kept. `None` when rounding stops that.
+/// Finds the point nearest the goal with this clearance: the projection on a polyhedron, which at
+/// most three faces decide. The face missed most is taken up until none is missed; of those in use
+/// the best three are kept. `None` when rounding stops that.
 fn nearest(mesh: &Mesh, goal: DVec3, clearance: f64, size: f64) -> Option<DVec3> {
     let tolerance = TOLERANCE * size;
     let half_space =
@@ -170,8 +176,8 @@ fn nearest(mesh: &Mesh, goal: DVec3, clearance: f64, size: f64) -> Option<DVec3>
     None
 }
 
-/// Finds the point nearest 0 within the half-spaces in use and a new one, which is on the plane of the new one, and keeps those
-/// whose planes it is on.
+/// Finds the point nearest 0 within the half-spaces in use and a new one, which is on the plane of
+/// the new one, and keeps those whose planes it is on.
 fn exchanged(
     basis: &[HalfSpace],
     new: HalfSpace,
@@ -190,7 +196,7 @@ fn exchanged(
         .min_by(|a, b| a.0.length_squared().total_cmp(&b.0.length_squared()))
 }
 
-/// Gives the point nearest 0 that is on one, two or three planes; `None` when they are parallel.
+/// Returns the point nearest 0 that is on one, two or three planes; `None` when they are parallel.
 fn nearest_on(planes: &[HalfSpace]) -> Option<DVec3> {
     let point = match *planes {
         [a] => a.offset * a.normal,
@@ -232,7 +238,8 @@ mod tests {
 
     #[test]
     fn preferred_centre_of_an_l_goes_towards_the_centroid() {
-        // The kernel is the unit cube and the centroid (1.1, 1.1, 0.5), so that a clearance of 1/4 leaves (3/4, 3/4, 1/2).
+        // The kernel is the unit cube and the centroid (1.1, 1.1, 0.5), so that a clearance of 1/4
+        // leaves (3/4, 3/4, 1/2).
         let (centre, clearance) = preferred_centre(&shapes::l_shape()).expect("faces");
         assert!((centre - DVec3::new(0.75, 0.75, 0.5)).length() <= 2e-6, "{centre}");
         assert!((clearance - 0.25).abs() <= 2e-6, "{clearance}");

@@ -1,8 +1,9 @@
-//! Where a mesh is not star-shaped about a point: the folds, and the share of the directions that they touch.
+//! Where a mesh is not star-shaped about a point: the folds, and the share of the directions that
+//! they touch.
 //!
-//! A direction is folded when its ray from the point meets the surface more than once, or first from behind. The share is counted on
-//! a spiral of equal-area directions (a Fibonacci lattice); its error is stated as that of as many directions drawn by chance, which
-//! the lattice undercuts.
+//! A direction is folded when its ray from the point meets the surface more than once, or first
+//! from behind. The share is counted on a spiral of equal-area directions (a Fibonacci lattice);
+//! its error is stated as that of as many directions drawn by chance, which the lattice undercuts.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,9 +21,11 @@ use crate::surface::{MeshSurface, Surface};
 pub struct Folds {
     /// The point, metres.
     pub about: DVec3,
-    /// The share of all directions, 0 to 1, whose ray meets the surface more than once, or first from behind.
+    /// The share of all directions, 0 to 1, whose ray meets the surface more than once, or first
+    /// from behind.
     pub share: f64,
-    /// The share of all directions, 0 to 1, whose ray meets nothing: the mesh is open there, or the point outside.
+    /// The share of all directions, 0 to 1, whose ray meets nothing: the mesh is open there, or the
+    /// point outside.
     pub unmet: f64,
     /// The half width, at 95 %, of the interval about the larger of both shares.
     pub error: f64,
@@ -74,7 +77,7 @@ pub fn folds(surface: &MeshSurface, about: DVec3, directions: usize) -> Folds {
     }
 }
 
-/// Gives direction `i` of a Fibonacci lattice of `count`.
+/// Returns direction `i` of a Fibonacci lattice of `count`.
 fn spiral(i: usize, count: usize) -> DVec3 {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let z = 1.0 - (2 * i + 1) as f64 / count as f64;
@@ -83,13 +86,13 @@ fn spiral(i: usize, count: usize) -> DVec3 {
     DVec3::new(radius * cosine, radius * sine, z)
 }
 
-/// Tells whether a direction meets the surface once, from inside; `None` when it meets nothing.
+/// Whether a direction meets the surface once, from inside; `None` when it meets nothing.
 fn met(surface: &MeshSurface, about: DVec3, direction: DVec3) -> Option<bool> {
     let hit = surface.hit(&Ray::new(about, direction))?;
     Some(hit.normal.dot(direction) > 0.0 && !surface.blocked(&hit.leave(direction)))
 }
 
-/// Gives 1.96 standard errors of a share; of none among `count`, the 95 % bound 3 / count.
+/// Returns 1.96 standard errors of a share; of none among `count`, the 95 % bound 3 / count.
 fn half_width(share: f64, count: usize) -> f64 {
     (1.96 * (share * (1.0 - share) / count as f64).sqrt()).max(3.0 / count as f64)
 }
@@ -160,8 +163,9 @@ mod tests {
 
     #[test]
     fn wall_of_the_other_arm_of_an_l_is_folded() {
-        // The wall x = 1 (y from 1 to 3, z from 0 to 1) of the other arm turns away. It is 1.5 off; a rectangle from the foot of
-        // the perpendicular to (y, z) fills atan(y z / (d sqrt(d^2 + y^2 + z^2))).
+        // The wall x = 1 (y from 1 to 3, z from 0 to 1) of the other arm turns away. It is 1.5 off;
+        // a rectangle from the foot of the perpendicular to (y, z) fills atan(y z / (d sqrt(d^2 +
+        // y^2 + z^2))).
         let folds = about(shapes::l_shape(), 2.5, 0.5, 0.5);
         let corner = |y: f64| (y * 0.5 / (1.5 * (2.25 + y * y + 0.25_f64).sqrt())).atan();
         let wall = 2.0 * (corner(2.5) - corner(0.5)) / (4.0 * PI);

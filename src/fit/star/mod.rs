@@ -1,8 +1,10 @@
-//! The star-shape test: does a point see every face of a mesh from inside, and which point sees them best?
+//! The star-shape test: does a point see every face of a mesh from inside, and which point sees
+//! them best?
 //!
-//! The clearance of a point c is the least signed distance to the planes of the faces, min n_i.(v_i - c); it is positive where c
-//! sees all faces, and is then the radius of the largest ball about c that does. The planes are computed from the mesh whenever
-//! they are asked for: a table of them would be several times as large as the mesh.
+//! The clearance of a point c is the least signed distance to the planes of the faces, min
+//! n_i.(v_i - c); it is positive where c sees all faces, and is then the radius of the largest ball
+//! about c that does. The planes are computed from the mesh whenever they are asked for: a table of
+//! them would be several times as large as the mesh.
 
 mod centre;
 mod folds;
@@ -18,13 +20,13 @@ use crate::{Error, Result};
 pub use centre::{best_centre, centres, preferred_centre};
 pub use folds::{DIRECTIONS, Fold, Folds, folds};
 
-/// Tells how the faces of a mesh look from a point.
+/// Describes how the faces of a mesh look from a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StarReport {
     /// The point, metres.
     pub about: DVec3,
-    /// The least signed distance, metres, from the point to the plane of a face: positive if and only if the point sees every
-    /// face from inside.
+    /// The least signed distance, metres, from the point to the plane of a face: positive if and
+    /// only if the point sees every face from inside.
     pub clearance: f64,
     /// The face whose plane that is.
     pub worst_face: usize,
@@ -34,20 +36,23 @@ pub struct StarReport {
     pub turned_faces: usize,
     /// Their share of the area, 0 to 1.
     pub turned_area: f64,
-    /// The solid angle they fill over 4 pi; an upper bound, 0 to 1, of the share of directions that meet one of them.
+    /// The solid angle they fill over 4 pi; an upper bound, 0 to 1, of the share of directions that
+    /// meet one of them.
     pub turned_solid_angle: f64,
-    /// How many times the surface goes around the point: its signed solid angle over 4 pi. 1 for a closed surface around the point,
-    /// less for an open one, 2 for two of them, one within the other.
+    /// How many times the surface goes around the point: its signed solid angle over 4 pi. 1 for a
+    /// closed surface around the point, less for an open one, 2 for two of them, one within the
+    /// other.
     pub covering: f64,
 }
 
 impl StarReport {
-    /// Tells whether no more than one surface goes around the point.
+    /// Whether no more than one surface goes around the point.
     fn covers_once(&self) -> bool {
         self.covering < 1.5
     }
 
-    /// Tells whether the mesh is star-shaped about the point: the point sees every face from inside, and no face behind another.
+    /// Whether the mesh is star-shaped about the point: the point sees every face from inside, and
+    /// no face behind another.
     pub fn is_star_shaped(&self) -> bool {
         self.clearance > 0.0 && self.covers_once()
     }
@@ -99,8 +104,8 @@ pub fn test(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
 /// Asks for a mesh that is star-shaped about `about`.
 ///
 /// # Errors
-/// [`Error::Geometry`] when it is not, saying how much of it turns away, where most, and which centre would do better; and as
-/// [`test()`].
+/// [`Error::Geometry`] when it is not, saying how much of it turns away, where most, and which
+/// centre would do better; and as [`test()`].
 pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     let report = test(mesh, about)?;
     if report.is_star_shaped() {
@@ -115,7 +120,8 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     }
     let advice = match best_centre(mesh)? {
         (centre, clearance) if clearance > 0.0 => format!(
-            "it is star-shaped about {centre:.6}, which every face clears by {clearance:.3e} m: expand about that centre"
+            "it is star-shaped about {centre:.6}, which every face clears by {clearance:.3e} m: \
+             expand about that centre"
         ),
         (centre, clearance) => format!(
             "no centre sees all of it; the best, {centre:.6}, lies {:.3e} m behind a face: fit the outer envelope \
@@ -151,13 +157,13 @@ struct Plane {
 }
 
 impl Plane {
-    /// Gives the signed distance from a point, positive on the inner side.
+    /// Returns the signed distance from a point, positive on the inner side.
     fn clearance(&self, from: DVec3) -> f64 {
         self.normal.dot(self.corner - from)
     }
 }
 
-/// Gives the planes of all faces that have an area.
+/// Returns the planes of all faces that have an area.
 fn planes(mesh: &Mesh) -> impl Iterator<Item = Plane> {
     (0..mesh.triangles().len()).filter_map(|face| {
         let vector = mesh.area_vector(face);
@@ -171,7 +177,8 @@ fn check_faces(mesh: &Mesh) -> Result<()> {
     let mut faces = 0..mesh.triangles().len();
     if let Some(face) = faces.find(|&f| mesh.corners(f).iter().any(|p| !p.is_finite())) {
         return Err(Error::Geometry(format!(
-            "face {face} (from 0) has a vertex that is not finite; mend its coordinates or remove the face"
+            "face {face} (from 0) has a vertex that is not finite; mend its coordinates or remove \
+             the face"
         )));
     }
     if planes(mesh).next().is_none() {
@@ -189,7 +196,8 @@ fn least_clearance(mesh: &Mesh, from: DVec3) -> (usize, f64) {
     all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::NEG_INFINITY))
 }
 
-/// Gives the signed solid angle of a triangle (Van Oosterom and Strackee 1983), positive where its inner side is seen.
+/// Returns the signed solid angle of a triangle (Van Oosterom and Strackee 1983), positive where
+/// its inner side is seen.
 pub(super) fn seen_solid_angle(corners: [DVec3; 3], from: DVec3) -> f64 {
     let [a, b, c] = corners.map(|p| p - from);
     let (la, lb, lc) = (a.length(), b.length(), c.length());
@@ -243,7 +251,8 @@ mod tests {
             (inner.turned_faces, inner.turned_area, inner.turned_solid_angle),
             (0, 0.0, 0.0)
         );
-        // On a face: seen edge-on. Half a unit above: its solid angle is that of a cube's face, one sixth.
+        // On a face: seen edge-on. Half a unit above: its solid angle is that of a cube's face, one
+        // sixth.
         assert!(!test(&cube, DVec3::new(0.5, 0.5, 1.0)).expect("faces").is_star_shaped());
         let outer = test(&cube, DVec3::new(0.5, 0.5, 1.5)).expect("faces");
         assert_eq!((outer.clearance, outer.turned_faces), (-0.5, 2));

@@ -1,7 +1,10 @@
-//! Refinement to a tolerance: faces whose surface is too far are cut at the edges that are to blame.
+//! Refinement to a tolerance: faces whose surface is too far are cut at the edges that are to
+//! blame.
 //!
-//! A cut edge is cut for both of its faces, so the mesh stays conforming. A face with any cut edge has its longest edge cut too, and first (Rivara
-//! 1984, "Algorithms for refining triangular grids suitable for adaptive and multigrid techniques"): angles stay bounded below however deep it goes.
+//! A cut edge is cut for both of its faces, so the mesh stays conforming. A face with any cut edge
+//! has its longest edge cut too, and first (Rivara 1984, "Algorithms for refining triangular grids
+//! suitable for adaptive and multigrid techniques"): angles stay bounded below however deep it
+//! goes.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,7 +16,8 @@ use crate::mesh::triangle::nearest_on_triangle;
 use crate::sh::Series;
 use crate::{Error, Result};
 
-/// Rounds of refinement, each of which may halve every edge: more than the resolution of f64 allows.
+/// Rounds of refinement, each of which may halve every edge: more than the resolution of f64
+/// allows.
 const ROUNDS: usize = 64;
 
 /// A mesh on its way to the tolerance.
@@ -28,12 +32,15 @@ struct Refinement<'a> {
     settled: Vec<bool>,
 }
 
-/// Refines a geodesic sphere until the surface is within `tolerance`, metres, of the faces at all samples.
+/// Refines a geodesic sphere until the surface is within `tolerance`, metres, of the faces at all
+/// samples.
 ///
 /// # Errors
-/// [`Error::Parameter`] when that takes more than [`MAX_FACES`]; [`Error::Geometry`] where the radius is not positive.
+/// [`Error::Parameter`] when that takes more than [`MAX_FACES`]; [`Error::Geometry`] where the
+/// radius is not positive.
 pub(super) fn adaptive(series: &Series, tolerance: f64) -> Result<SphereMesh> {
-    // Six degrees for each cut of the icosahedron's edges: the samples of a face then see every lobe of the series.
+    // Six degrees for each cut of the icosahedron's edges: the samples of a face then see every
+    // lobe of the series.
     let start = icosphere(1 + series.coefficients().lmax() / 6);
     let points = lift(series, &start.directions)?;
     let mut mesh = Refinement {
@@ -85,7 +92,8 @@ impl Refinement<'_> {
         self.triangles[face].map(|v| self.points[v as usize])
     }
 
-    /// Tells which edges of a face (the one from corner k to corner k + 1 has number k) must be cut.
+    /// Returns which edges of a face (the one from corner k to corner k + 1 has number k) must be
+    /// cut.
     fn judge(&self, face: usize) -> [bool; 3] {
         let mut blamed = [false; 3];
         if self.settled[face] {
@@ -110,7 +118,8 @@ impl Refinement<'_> {
         blamed
     }
 
-    /// Gives the number of the longest edge of a face; of equal ones that between the highest vertices, so that neighbours agree.
+    /// Returns the number of the longest edge of a face; of equal ones that between the highest
+    /// vertices, so that neighbours agree.
     fn longest(&self, face: usize) -> usize {
         let vertices = self.triangles[face];
         let key = |k: usize| {
@@ -125,7 +134,8 @@ impl Refinement<'_> {
         })
     }
 
-    /// Puts a vertex above the middle of each cut edge; gives their numbers by the edge's, 0 where none is cut.
+    /// Puts a vertex above the middle of each cut edge; gives their numbers by the edge's, 0 where
+    /// none is cut.
     fn add_middles(&mut self, edges: &Edges, cut: &[bool], cuts: usize) -> Result<Vec<u32>> {
         let mut middles = vec![0; cut.len()];
         let mut wanted = Vec::with_capacity(cuts);

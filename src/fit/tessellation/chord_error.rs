@@ -1,13 +1,17 @@
 //! How far a mesh with its vertices on a surface r = f(omega) is from that surface.
 //!
-//! Measured: at 13 points of each face, the surface above is looked up and its distance from the face taken.
+//! Measured: at 13 points of each face, the surface above is looked up and its distance from the
+//! face taken.
 //!
-//! Bounded: with n the unit normal of a face and d the distance of its plane from the centre, h(omega) = f(omega) n.omega - d is the height of the
-//! surface above the plane. Along any great circle |h''| <= K = sqrt((M2 + R)^2 + 4 M1^2), R, M1 and M2 the bounds of f, of its slope and of its
-//! curvature (`sh::Bounds`). On a spherical triangle whose sides are at most s and whose corners have |h| <= m, |h| <= m + K s^2 / 8 on the sides
-//! (linear interpolation along an arc), and K s^2 / 8 more inside (along the arc from a corner through the point to the opposite side). The face
-//! is split until that is near the samples. The surface and the mesh are |h| / (n.omega) apart along the direction, which bounds the distance of
-//! each point of either from the other: the two-sided Hausdorff distance.
+//! Bounded: with n the unit normal of a face and d the distance of its plane from the centre,
+//! h(omega) = f(omega) n.omega - d is the height of the surface above the plane. Along any great
+//! circle |h''| <= K = sqrt((M2 + R)^2 + 4 M1^2), R, M1 and M2 the bounds of f, of its slope and of
+//! its curvature (`sh::Bounds`). On a spherical triangle whose sides are at most s and whose
+//! corners have |h| <= m, |h| <= m + K s^2 / 8 on the sides (linear interpolation along an arc),
+//! and K s^2 / 8 more inside (along the arc from a corner through the point to the opposite side).
+//! The face is split until that is near the samples. The surface and the mesh are |h| / (n.omega)
+//! apart along the direction, which bounds the distance of each point of either from the other: the
+//! two-sided Hausdorff distance.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -19,10 +23,12 @@ use crate::sh::{Bounds, Coefficients, Series, rounding};
 /// Says how far a tessellation is from its surface, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChordError {
-    /// The largest distance found between the surface and the face below it, at 13 points of each face (among them its middle
-    /// and the middles of its edges): between them the distance may be a little larger.
+    /// The largest distance found between the surface and the face below it, at 13 points of each
+    /// face (among them its middle and the middles of its edges): between them the distance may be
+    /// a little larger.
     pub measured: f64,
-    /// What the two-sided Hausdorff distance certainly does not exceed; `None` above degree 256, where it would take too long.
+    /// What the two-sided Hausdorff distance certainly does not exceed; `None` above degree 256,
+    /// where it would take too long.
     pub bound: Option<f64>,
 }
 
@@ -35,7 +41,8 @@ const SLACK: f64 = 1.1;
 /// How often a face may be split.
 const DEEPEST: u32 = 7;
 
-/// Lists the samples of a face as weights of its corners: quarters of its sides, the lattice they span inside, and its middle.
+/// Lists the samples of a face as weights of its corners: quarters of its sides, the lattice they
+/// span inside, and its middle.
 pub(super) fn samples() -> impl Iterator<Item = [usize; 3]> {
     (0..=4)
         .flat_map(|k| (0..=4 - k).map(move |j| [4 - j - k, j, k].map(|w| w * PARTS / 4)))
@@ -43,13 +50,13 @@ pub(super) fn samples() -> impl Iterator<Item = [usize; 3]> {
         .chain([[PARTS / 3; 3]])
 }
 
-/// Gives the point of a flat face with these weights.
+/// Returns the point of a flat face with these weights.
 pub(super) fn point(corners: &[DVec3; 3], weights: [usize; 3]) -> DVec3 {
     let sum: DVec3 = corners.iter().zip(weights).map(|(c, w)| *c * w as f64).sum();
     sum / PARTS as f64
 }
 
-/// Gives the point of the surface above a point of a face, both from the centre.
+/// Returns the point of the surface above a point of a face, both from the centre.
 pub(super) fn lifted(series: &Series, on_face: DVec3) -> DVec3 {
     let direction = on_face.normalize();
     series.value(direction) * direction
@@ -76,7 +83,8 @@ pub(super) fn chord_error(series: &Series, faces: &[[DVec3; 3]]) -> Result<Chord
     Ok(ChordError { measured, bound })
 }
 
-/// Gives the largest distance between the samples and their face, and the largest along the direction.
+/// Returns the largest distance between the samples and their face, and the largest along the
+/// direction.
 fn measure(series: &Series, corners: &[DVec3; 3]) -> [f64; 2] {
     samples().fold([0.0; 2], |[distance, radial], weights| {
         let below = point(corners, weights);
@@ -167,7 +175,8 @@ mod tests {
         let series = Series::new(&c).expect("degree 0");
         let face = [DVec3::X * 2.0, DVec3::Y * 2.0, DVec3::Z * 2.0];
         let error = chord_error(&series, &[face]).expect("bounded");
-        // The plane is 2/sqrt 3 from the centre; the farthest point above it is 2 - 2/sqrt 3 away, at the face's middle.
+        // The plane is 2/sqrt 3 from the centre; the farthest point above it is 2 - 2/sqrt 3 away,
+        // at the face's middle.
         let exact = 2.0 - 2.0 / 3_f64.sqrt();
         assert!(error.measured <= exact && error.measured >= 0.95 * exact, "{error:?}");
         let bound = error.bound.expect("low degree");

@@ -1,4 +1,5 @@
-//! The geodesic sphere of any frequency: an icosahedron whose edges are cut into n parts and whose faces into n^2.
+//! The geodesic sphere of any frequency: an icosahedron whose edges are cut into n parts and whose
+//! faces into n^2.
 
 use std::f64::consts::PI;
 
@@ -79,7 +80,8 @@ impl Edges {
         edges
     }
 
-    /// Gives the number of the vertex with these weights of the corners of a face; vertices inside the face start at `first`.
+    /// Returns the number of the vertex with these weights of the corners of a face; vertices
+    /// inside the face start at `first`.
     fn number(&self, face: &[usize; 3], weights: [usize; 3], n: usize, first: usize) -> usize {
         if let Some(corner) = weights.iter().position(|&w| w == n) {
             return face[corner];
@@ -101,7 +103,8 @@ fn lattice(n: usize) -> impl Iterator<Item = [usize; 3]> {
     (0..=n).flat_map(move |k| (0..=n - k).map(move |j| [n - j - k, j, k]))
 }
 
-/// Lists the n^2 small triangles of a face by the weights of their corners, turning as the face does.
+/// Lists the n^2 small triangles of a face by the weights of their corners, turning as the face
+/// does.
 fn split(n: usize) -> impl Iterator<Item = [[usize; 3]; 3]> {
     let at = move |j: usize, k: usize| [n - j - k, j, k];
     let upright =

@@ -1,4 +1,5 @@
-//! The sphere by latitude and longitude: each pole is one vertex with a fan of faces around it, so no face is without area.
+//! The sphere by latitude and longitude: each pole is one vertex with a fan of faces around it, so
+//! no face is without area.
 
 use std::f64::consts::PI;
 
@@ -6,7 +7,8 @@ use glam::DVec3;
 
 use crate::fit::tessellation::SphereMesh;
 
-/// Makes a sphere of `bands` from pole to pole (at least 2) and `azimuths` around (at least 3): 2 azimuths (bands - 1) faces.
+/// Makes a sphere of `bands` from pole to pole (at least 2) and `azimuths` around (at least 3): 2
+/// azimuths (bands - 1) faces.
 pub(super) fn lat_long(bands: usize, azimuths: usize) -> SphereMesh {
     let rings = bands - 1;
     let mut directions = Vec::with_capacity(2 + rings * azimuths);

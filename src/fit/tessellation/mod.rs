@@ -1,8 +1,10 @@
-//! Coefficients become a mesh: closed, oriented outward, star-shaped about the centre, every vertex on the surface.
+//! Coefficients become a mesh: closed, oriented outward, star-shaped about the centre, every vertex
+//! on the surface.
 //!
-//! A triangle of directions that turns counter-clockwise still does after each corner is moved along its direction, so a triangulated sphere
-//! gives a mesh that is seen from the centre once in every direction, whatever the radius. Three spheres are at hand: the geodesic one, the one
-//! by latitude and longitude, and the one refined to a tolerance.
+//! A triangle of directions that turns counter-clockwise still does after each corner is moved
+//! along its direction, so a triangulated sphere gives a mesh that is seen from the centre once in
+//! every direction, whatever the radius. Three spheres are at hand: the geodesic one, the one by
+//! latitude and longitude, and the one refined to a tolerance.
 
 mod adaptive;
 mod chord_error;
@@ -36,8 +38,8 @@ pub enum Resolution {
         /// Around, at least 3.
         azimuths: usize,
     },
-    /// As many faces as it takes for the surface to be within this distance, metres, of the faces at all samples: fine where the surface
-    /// bends, coarse where it does not.
+    /// As many faces as it takes for the surface to be within this distance, metres, of the faces
+    /// at all samples: fine where the surface bends, coarse where it does not.
     Adaptive {
         /// Positive and finite.
         tolerance: f64,
@@ -60,7 +62,7 @@ struct SphereMesh {
 }
 
 impl Resolution {
-    /// Gives the number of faces; `None` for the adaptive mesh, whose number only refining tells.
+    /// Returns the number of faces; `None` for the adaptive mesh, whose number only refining tells.
     pub fn faces(self) -> Option<usize> {
         match self {
             Self::Icosphere { frequency } => {
@@ -82,7 +84,8 @@ impl Resolution {
             Self::Adaptive { tolerance } if !(tolerance > 0.0 && tolerance.is_finite()) => {
                 "the chord error to reach is a positive number of metres"
             }
-            // A sphere takes 4.8 faces for each of its radius over the error; a shape of that size hardly less than a tenth of it.
+            // A sphere takes 4.8 faces for each of its radius over the error; a shape of that size
+            // hardly less than a tenth of it.
             Self::Adaptive { tolerance } if mean_radius / tolerance > 2.0 * MAX_FACES as f64 => {
                 return Err(adaptive::too_many_faces(tolerance));
             }
@@ -99,10 +102,12 @@ impl Resolution {
     }
 }
 
-/// Makes a mesh of the surface r = f(omega) about `centre`: closed, oriented outward and star-shaped about the centre.
+/// Makes a mesh of the surface r = f(omega) about `centre`: closed, oriented outward and
+/// star-shaped about the centre.
 ///
 /// # Errors
-/// [`Error::Parameter`] for a resolution out of range, more than [`MAX_FACES`] or a degree too high; [`Error::Geometry`] where the radius is not positive.
+/// [`Error::Parameter`] for a resolution out of range, more than [`MAX_FACES`] or a degree too
+/// high; [`Error::Geometry`] where the radius is not positive.
 ///
 /// ```
 /// use glam::DVec3;

@@ -90,7 +90,8 @@ fn tolerance_is_met_between_the_samples_too() {
     let (measured, bound) = (made.chord_error.measured, made.chord_error.bound.expect("bounded"));
     assert!(measured <= tolerance && measured >= 0.5 * tolerance, "{measured}");
     assert!(bound >= measured && bound <= 3.0 * tolerance, "{bound}");
-    // 45 points of each face against the 13 that were judged; between samples a smooth error grows by a few percent only.
+    // 45 points of each face against the 13 that were judged; between samples a smooth error grows
+    // by a few percent only.
     for face in 0..made.mesh.triangles().len() {
         let [a, b, c] = made.mesh.corners(face);
         for j in 0..=8 {
@@ -118,7 +119,8 @@ fn angles_stay_bounded_however_fine() {
                 .fold(f64::MAX, f64::min)
         })
         .fold(f64::MAX, f64::min);
-    // Rivara: not below half the smallest angle of the start, here about 35 degrees on the steepest flank.
+    // Rivara: not below half the smallest angle of the start, here about 35 degrees on the steepest
+    // flank.
     assert!(smallest >= 12_f64.to_radians(), "{}", smallest.to_degrees());
 }
 

@@ -22,8 +22,9 @@ impl Fingerprint {
         self
     }
 
-    /// Adds what a scene says of the camera that takes the picture, of detail, materials, lights and objects, and the contents of the files it refers to.
-    /// Comments, layout, sensors, other cameras, the number of pixels and stop rules may change.
+    /// Adds what a scene says of the camera that takes the picture, of detail, materials, lights
+    /// and objects, and the contents of the files it refers to. Comments, layout, sensors, other
+    /// cameras, the number of pixels and stop rules may change.
     ///
     /// # Errors
     /// [`Error::Io`] when such a file cannot be read; [`Error::Input`] when no camera is chosen.

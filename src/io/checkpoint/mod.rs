@@ -1,22 +1,25 @@
-//! Checkpoints: a picture under way, to be taken up again to the bit, and what must be the same for that.
+//! Checkpoints: a picture under way, to be taken up again to the bit, and what must be the same for
+//! that.
 //!
 //! Little endian. A text is its length in bytes (4 bytes) and UTF-8.
 //!
 //! ```text
 //! bytes  what
-//!     8  89 48 58 4b 0d 0a 1a 0a: spoilt by every transfer that takes the file for text
+//!     8  89 48 58 4b 0d 0a 1a 0a: damaged by every transfer that takes the file for text
 //!     2  version, 1
 //!     4  number of fields; of each its name and its value follow, two texts
 //!    12  width, height, replicates
 //!     8  passes
 //!     1  1 when the present stage was planned, else 0
-//!    16  samples, spoilt samples
+//!    16  samples, non-finite samples
 //!    24  flux that left the scene: R, G, B
 //!     4  CRC-32 of all bytes before
 //! ```
 //!
-//! Then for each pixel, top row first: sums of direct and indirect light (6 x 8 bytes), spoilt weight, spread (2 x 4), logarithm of the stride (1), sums of the
-//! replicates (4 each); and the CRC-32 of all bytes before. Nothing follows. A field says what must be the same for a run to go on.
+//! Then for each pixel, top row first: sums of direct and indirect light (6 x 8 bytes), weight of
+//! non-finite samples, spread (2 x 4), logarithm of the stride (1), sums of the replicates (4
+//! each); and the CRC-32 of all bytes before. Nothing follows. A field says what must be the same
+//! for a run to go on.
 
 mod fingerprint;
 
@@ -30,7 +33,7 @@ use super::bytes::{Number, field};
 use super::output::{Claim, Kind};
 use crate::error::{Advice, InputError};
 use crate::math::Rgb;
-use crate::scene::{Film, LONGEST, Light};
+use crate::scene::{Film, MAX_STRIDE_LOG2, SplitLight};
 use crate::{Error, Result};
 
 /// Begins every checkpoint.
@@ -63,11 +66,11 @@ pub fn write(to: &mut Claim, fingerprint: &Fingerprint, film: &Film) -> Result<(
         let mut bytes = Vec::new();
         for (pixel, sums) in film.pixels.iter().zip(sums) {
             bytes.clear();
-            let Light { direct, indirect } = pixel.light;
+            let SplitLight { direct, indirect } = pixel.light;
             for value in direct.0.iter().chain(&indirect.0) {
                 bytes.extend(value.to_le_bytes());
             }
-            bytes.extend(pixel.spoilt.to_le_bytes());
+            bytes.extend(pixel.non_finite.to_le_bytes());
             bytes.extend(pixel.spread.to_le_bytes());
             bytes.push(pixel.stride);
             bytes.extend(sums.iter().flat_map(|sum| sum.to_le_bytes()));
@@ -92,7 +95,7 @@ fn write_header(file: &mut impl Write, fingerprint: &Fingerprint, film: &Film) -
     }
     bytes.extend(film.passes.to_le_bytes());
     bytes.push(u8::from(film.planned));
-    bytes.extend([film.samples, film.spoilt].iter().flat_map(|n| n.to_le_bytes()));
+    bytes.extend([film.samples, film.non_finite].iter().flat_map(|n| n.to_le_bytes()));
     bytes.extend(film.escaped.0.iter().flat_map(|v| v.to_le_bytes()));
     file.write_all(&bytes)
 }
@@ -125,8 +128,9 @@ impl<F: Write> Write for Sealed<F> {
 /// Reads the film of a checkpoint whose run is the one of `present`.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read; [`Error::Input`] when it is no checkpoint, damaged, of another version, or of a run that differs, with the first
-/// difference; [`Error::Parameter`] when the film is beyond memory.
+/// [`Error::Io`] when the file cannot be read; [`Error::Input`] when it is no checkpoint, damaged,
+/// of another version, or of a run that differs, with the first difference; [`Error::Parameter`]
+/// when the film is beyond memory.
 pub fn read(path: &Path, present: &Fingerprint) -> Result<Film> {
     let file = File::open(path).map_err(|e| Error::io(path, "read", e))?;
     let length = file.metadata().map_err(|e| Error::io(path, "read", e))?.len();
@@ -142,7 +146,7 @@ pub fn read(path: &Path, present: &Fingerprint) -> Result<Film> {
     let mut film = Film::new([width, height], replicates as usize)?;
     film.passes = header.passes;
     film.planned = header.planned;
-    [film.samples, film.spoilt] = header.samples;
+    [film.samples, film.non_finite] = header.samples;
     film.escaped = header.escaped;
     from.pixels(&mut film)?;
     Ok(film)
@@ -213,10 +217,10 @@ impl Reader<'_> {
             let double = |i: usize| field::<f64>(&bytes, 8 * i);
             pixel.light.direct = Rgb([double(0), double(1), double(2)]);
             pixel.light.indirect = Rgb([double(3), double(4), double(5)]);
-            pixel.spoilt = field::<f32>(&bytes, 48);
+            pixel.non_finite = field::<f32>(&bytes, 48);
             pixel.spread = field::<f32>(&bytes, 52);
             pixel.stride = bytes[PIXEL - 1];
-            if pixel.stride > LONGEST {
+            if pixel.stride > MAX_STRIDE_LOG2 {
                 return Err(self.broken("it is damaged"));
             }
             for (r, sum) in sums.iter_mut().enumerate() {
@@ -280,7 +284,7 @@ mod tests {
                 film.plan(Some(0.3));
             }
             let light = |i: u32| Rgb::grey(f64::from(pass * i % 5));
-            let sample = |i| Light { direct: light(i), indirect: light(i + 1) };
+            let sample = |i| SplitLight { direct: light(i), indirect: light(i + 1) };
             film.add_pass(&[0, 1, 2, 3, 4, 5].map(sample));
             film.add_escaped(Rgb([0.1, 0.2, 0.3]));
         }

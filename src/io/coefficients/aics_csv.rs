@@ -1,8 +1,10 @@
-//! The table of aics-shparam: CSV, a column `shcoeffs_L2M1C` for each degree, order and cosine or sine (S), a row for each shape.
+//! The table of aics-shparam: CSV, a column `shcoeffs_L2M1C` for each degree, order and cosine or
+//! sine (S), a row for each shape.
 //!
-//! The numbers are those of pyshtools' `SHExpandDH`, 4pi without phase, over a longitude that the package counts from -x
-//! (`pi + arctan2(y, x)`): a turn by pi, which is the sign (-1)^m, so that in our axes they are 4pi **with** the phase. The unit is that
-//! of the image, mostly a voxel. Columns with m > l exist and hold 0.
+//! The numbers are those of pyshtools' `SHExpandDH`, 4pi without phase, over a longitude that the
+//! package counts from -x (`pi + arctan2(y, x)`): a turn by pi, which is the sign (-1)^m, so that
+//! in our axes they are 4pi **with** the phase. The unit is that of the image, mostly a voxel.
+//! Columns with m > l exist and hold 0.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,8 +20,8 @@ use crate::{Error, Result};
 /// Begins the name of a column, after a prefix of the author's (`NUC_`).
 const NAME: &str = "shcoeffs_L";
 
-/// Writes a table of one row, every number with all its digits. The first column is named after this program and holds the name of the
-/// source; the centre has no room.
+/// Writes a table of one row, every number with all its digits. The first column is named after
+/// this program and holds the name of the source; the centre has no room.
 ///
 /// # Errors
 /// [`Error::Numeric`] as [`Convention::export`]: never, for the normalisation of this format.
@@ -49,11 +51,13 @@ fn convention() -> Convention {
     SeriesFormat::Aics.convention().unwrap_or_default()
 }
 
-/// Reads one row of a table: the only one, or the one that is asked for. Memory is bound by the size of the table.
+/// Reads one row of a table: the only one, or the one that is asked for. Memory is bound by the
+/// size of the table.
 ///
 /// # Errors
-/// [`Error::Input`] with the line: no UTF-8, rows of different lengths, no such columns or those of several shapes, a column that is
-/// missing, double, or not 0 where m > l, several rows of which none is named, a row that is not there, a cell that is no finite number.
+/// [`Error::Input`] with the line: no UTF-8, rows of different lengths, no such columns or those of
+/// several shapes, a column that is missing, double, or not 0 where m > l, several rows of which
+/// none is named, a row that is not there, a cell that is no finite number.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let wrong = |message: String| InputError::new(path, message);
     agreed(path, "a table of aics-shparam is always", Some(convention()), options.convention)?;
@@ -81,7 +85,7 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
     Ok(Shape::new(collect(path, lmax, convention(), pair)?))
 }
 
-/// Tells whether a text begins with the header of such a table.
+/// Whether a text begins with the header of such a table.
 pub(super) fn is_aics(text: &str) -> bool {
     text.lines().next().is_some_and(|header| header.contains("shcoeffs_L0M0C"))
 }
@@ -212,7 +216,8 @@ mod tests {
 
     #[test]
     fn longitude_is_counted_from_minus_x() {
-        // r = 1 + 0.3 sqrt(3) sin(theta) cos(longitude) bulges where the longitude is 0: towards -x.
+        // r = 1 + 0.3 sqrt(3) sin(theta) cos(longitude) bulges where the longitude is 0: towards
+        // -x.
         let shape = read(&format!("{HEADER}7,1,0,0.3,0\n"), None).expect("read");
         let f = crate::sh::Series::new(&shape.coefficients).expect("evaluable");
         let expected = 1.0 + 0.3 * 3.0_f64.sqrt();

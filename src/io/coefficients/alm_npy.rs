@@ -1,6 +1,7 @@
-//! The complex a_lm of healpy and ducc0 in NumPy's file: one axis, order by order (m = 0 with l = 0..lmax, m = 1 with l = 1..lmax, ...),
-//! orthonormal with the Condon-Shortley phase: f = sum_l a_l0 Y_l0 + 2 Re sum_{m>0} a_lm Y_lm, so that
-//! a_lm = (A_lm - i B_lm)/(2 - d) sqrt(4 pi/(2l + 1)) with d = 1 at m = 0, else 0.
+//! The complex a_lm of healpy and ducc0 in NumPy's file: one axis, order by order (m = 0 with l =
+//! 0..lmax, m = 1 with l = 1..lmax, ...), orthonormal with the Condon-Shortley phase: f = sum_l
+//! a_l0 Y_l0 + 2 Re sum_{m>0} a_lm Y_lm, so that a_lm = (A_lm - i B_lm)/(2 - d) sqrt(4 pi/(2l + 1))
+//! with d = 1 at m = 0, else 0.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -13,10 +14,11 @@ use crate::fit::Shape;
 use crate::io::npy::{self, Array};
 use crate::sh::Coefficients;
 
-/// How far an imaginary part at m = 0 may be from 0, by the largest number: what rotations in double precision leave behind.
+/// How far an imaginary part at m = 0 may be from 0, by the largest number: what rotations in
+/// double precision leave behind.
 const ROUNDING: f64 = 1e-12;
 
-/// Gives what A_lm and -B_lm are multiplied with.
+/// Returns what A_lm and -B_lm are multiplied with.
 fn factor(l: usize, m: usize) -> f64 {
     let scale = (4.0 * PI / (2 * l + 1) as f64).sqrt();
     if m == 0 { scale } else { 0.5 * scale }
@@ -38,8 +40,8 @@ pub fn write(shape: &Shape) -> Vec<u8> {
 /// Reads a_lm. Memory is bound by the size of the file.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): a broken header, another shape or type, a number of a_lm that is no full triangle, a number
-/// that is not finite, an imaginary part at m = 0.
+/// [`Error::Input`](crate::Error::Input): a broken header, another shape or type, a number of a_lm
+/// that is no full triangle, a number that is not finite, an imaginary part at m = 0.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let format = SeriesFormat::Alm;
     agreed(path, "a_lm are always", format.convention(), options.convention)?;

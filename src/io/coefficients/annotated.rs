@@ -1,4 +1,5 @@
-//! The comment lines with which our coefficient texts begin, whatever the layout of their rows, and the text as a whole.
+//! The comment lines with which our coefficient texts begin, whatever the layout of their rows, and
+//! the text as a whole.
 //!
 //! ```text
 //! # harmolux 0.1.0 coefficients
@@ -12,8 +13,9 @@
 //! # truncated-from: 64
 //! ```
 //!
-//! `source`, `source-hash` and `truncated-from` may lack. A text that does not begin with the first of these lines is a bare one: its
-//! comments mean nothing to us, its centre is the origin, and its convention must be given.
+//! `source`, `source-hash` and `truncated-from` may lack. A text that does not begin with the first
+//! of these lines is a bare one: its comments mean nothing to us, its centre is the origin, and its
+//! convention must be given.
 
 use std::path::Path;
 
@@ -40,7 +42,8 @@ const SOURCE_HASH: &str = "source-hash";
 const LMAX: &str = "lmax";
 const TRUNCATED_FROM: &str = "truncated-from";
 
-/// Writes a shape as text: the comments, then what `row` makes of each degree, order and pair of coefficients.
+/// Writes a shape as text: the comments, then what `row` makes of each degree, order and pair of
+/// coefficients.
 pub(super) fn write(
     shape: &Shape,
     convention: Convention,
@@ -74,8 +77,8 @@ fn header(shape: &Shape, convention: Convention) -> Vec<String> {
     lines
 }
 
-/// Quotes a text as a JSON string in pure ASCII: a name with a line break stays on its line, and pyshtools decodes by the system's
-/// encoding, whichever that is.
+/// Quotes a text as a JSON string in pure ASCII: a name with a line break stays on its line, and
+/// pyshtools decodes by the system's encoding, whichever that is.
 fn quoted(text: &str) -> String {
     let escaped = |c: char| -> String {
         if c.is_ascii() {
@@ -131,12 +134,12 @@ fn check_lmax(path: &Path, notes: &Notes, found: usize) -> Result<()> {
     }
 }
 
-/// Gives the convention that a text states.
+/// Returns the convention that a text states.
 pub(super) fn convention(path: &Path, bytes: &[u8]) -> Result<Option<Convention>> {
     Ok(Notes::read(path, text(path, bytes)?)?.convention())
 }
 
-/// Tells whether a text begins as ours do.
+/// Whether a text begins as ours do.
 pub(super) fn is_ours(text: &str) -> bool {
     text.lines().next().is_some_and(is_title)
 }

@@ -1,10 +1,11 @@
-//! The exact form: every bit of a shape, degree by degree, so that a truncation is a shorter read that is still checked.
+//! The exact form: every bit of a shape, degree by degree, so that a truncation is a shorter read
+//! that is still checked.
 //!
 //! Little endian; n is the length of the name of the source in bytes, 0 without one.
 //!
 //! ```text
 //! offset   bytes  what
-//! 0            8  89 48 58 42 0d 0a 1a 0a: spoilt by every transfer that takes the file for text
+//! 0            8  89 48 58 42 0d 0a 1a 0a: damaged by every transfer that takes the file for text
 //! 8            2  version, 1
 //! 10           2  flags: 1 = a source is named, 2 = the series was cut
 //! 12           4  lmax
@@ -16,8 +17,9 @@
 //! 54+n         4  CRC-32 of all bytes before
 //! ```
 //!
-//! Then degree l = 0 to lmax, its block at offset 58 + n + 8 l^2 + 4 l: A_l0, A_l1, B_l1, ..., A_ll, B_ll in the basis of
-//! docs/conventions.md, 8 bytes each, and the CRC-32 of the header's CRC, l (4 bytes) and these numbers. Nothing follows.
+//! Then degree l = 0 to lmax, its block at offset 58 + n + 8 l^2 + 4 l: A_l0, A_l1, B_l1, ...,
+//! A_ll, B_ll in the basis of docs/conventions.md, 8 bytes each, and the CRC-32 of the header's
+//! CRC, l (4 bytes) and these numbers. Nothing follows.
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;
@@ -43,7 +45,8 @@ const FIXED: usize = 54;
 /// Writes a shape with all bits of its numbers; [`parse`] brings the same shape back.
 ///
 /// # Errors
-/// [`Error::Parameter`] when a degree or the name of the source is longer than its field (2^32 - 1, 65 535 bytes).
+/// [`Error::Parameter`] when a degree or the name of the source is longer than its field (2^32 - 1,
+/// 65 535 bytes).
 pub fn encode(shape: &Shape) -> Result<Vec<u8>> {
     let mut bytes = header(shape)?;
     let seal = crc32fast::hash(&bytes);
@@ -88,7 +91,8 @@ fn degree_field(degree: usize) -> Result<[u8; 4]> {
         .map_err(|_| Error::Parameter(format!("degree {degree} is more than the form can hold")))
 }
 
-/// Chains a block to its header and its degree, so that blocks of other files and other places do not pass.
+/// Chains a block to its header and its degree, so that blocks of other files and other places do
+/// not pass.
 fn block_check(seal: u32, l: usize, block: &[u8]) -> u32 {
     let mut check = crc32fast::Hasher::new();
     check.update(&seal.to_le_bytes());
@@ -100,8 +104,8 @@ fn block_check(seal: u32, l: usize, block: &[u8]) -> u32 {
 /// Reads a whole file of this form; `path` is for messages. Memory is bound by the number of bytes.
 ///
 /// # Errors
-/// [`Error::Input`] when the bytes do not begin as this form does, are of another version, cut off, damaged, followed by others, or
-/// hold numbers that are not finite.
+/// [`Error::Input`] when the bytes do not begin as this form does, are of another version, cut off,
+/// damaged, followed by others, or hold numbers that are not finite.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Shape> {
     let mut rest = bytes;
     let shape = parse_truncated(path, &mut rest, usize::MAX)?;
@@ -114,8 +118,9 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Shape> {
         .into())
 }
 
-/// Reads degrees 0 to `lmax` (all, when the file has fewer) and nothing beyond them; what was left out is kept in
-/// [`Shape::truncated_from`]. Each degree is checked by itself; memory is bound by what has been read.
+/// Reads degrees 0 to `lmax` (all, when the file has fewer) and nothing beyond them; what was left
+/// out is kept in [`Shape::truncated_from`]. Each degree is checked by itself; memory is bound by
+/// what has been read.
 ///
 /// # Errors
 /// As [`parse`], as far as the file is read; [`Error::Io`] when the reader fails.
@@ -302,11 +307,11 @@ mod tests {
             assert_eq!(bytes.len() - rest.len(), start + 8 * (l + 1).pow(2) + 4 * (l + 1));
         }
         // Damage beyond is not seen, damage within is.
-        let mut spoilt = bytes;
-        let last = spoilt.len() - 9;
-        spoilt[last] ^= 1;
-        assert!(parse_truncated(path, spoilt.as_slice(), 15).is_ok());
-        let message = refusal(parse_truncated(path, spoilt.as_slice(), 99));
+        let mut non_finite = bytes;
+        let last = non_finite.len() - 9;
+        non_finite[last] ^= 1;
+        assert!(parse_truncated(path, non_finite.as_slice(), 15).is_ok());
+        let message = refusal(parse_truncated(path, non_finite.as_slice(), 99));
         assert!(
             message.starts_with("shape.hxb: degree 16 of 16 is damaged\n  help: "),
             "{message}"
@@ -320,9 +325,9 @@ mod tests {
             let message = refusal(read(&bytes[..end]));
             assert!(message.contains("cut off within"), "{message}");
             for bit in 0..8 {
-                let mut spoilt = bytes.clone();
-                spoilt[end] ^= 1 << bit;
-                assert!(matches!(read(&spoilt), Err(Error::Input(_))), "byte {end}, bit {bit}");
+                let mut non_finite = bytes.clone();
+                non_finite[end] ^= 1 << bit;
+                assert!(matches!(read(&non_finite), Err(Error::Input(_))), "byte {end}, bit {bit}");
             }
         }
         let longer = [bytes.as_slice(), &[0]].concat();

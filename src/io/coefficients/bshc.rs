@@ -1,5 +1,6 @@
-//! The binary "bshc" of Curtin University, as pyshtools reads and writes it: 64-bit floats of the little-endian kind, the lowest and
-//! the highest degree first, then all cosines and then all sines, degree by degree, order 0 to l in each. It says no convention.
+//! The binary "bshc" of Curtin University, as pyshtools reads and writes it: 64-bit floats of the
+//! little-endian kind, the lowest and the highest degree first, then all cosines and then all
+//! sines, degree by degree, order 0 to l in each. It says no convention.
 
 use std::path::Path;
 
@@ -17,7 +18,8 @@ const NUMBER: usize = 8;
 /// Writes the coefficients of a shape; its centre and source have no room.
 ///
 /// # Errors
-/// [`Error::Numeric`](crate::Error::Numeric) when the degree is too high for unnormalised coefficients.
+/// [`Error::Numeric`](crate::Error::Numeric) when the degree is too high for unnormalised
+/// coefficients.
 pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
     let c = &shape.coefficients;
     let mut numbers = vec![0.0, c.lmax() as f64];
@@ -32,11 +34,13 @@ pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
     Ok(numbers.iter().chain(&sines).flat_map(|value| value.to_le_bytes()).collect())
 }
 
-/// Reads a file in the given convention. Memory is bound by the size of the file, whatever degree it announces.
+/// Reads a file in the given convention. Memory is bound by the size of the file, whatever degree
+/// it announces.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): no convention, a size that does not fit the announced degree, degrees that do not start at
-/// 0, a number that is not finite or beyond f64, a sine of order 0.
+/// [`Error::Input`](crate::Error::Input): no convention, a size that does not fit the announced
+/// degree, degrees that do not start at 0, a number that is not finite or beyond f64, a sine of
+/// order 0.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let convention = agreed(path, "the file says", None, options.convention)?;
     let lmax = degree(bytes).map_err(|message| InputError::new(path, message))?;
@@ -48,7 +52,7 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
     Ok(Shape::new(collect(path, lmax, convention, value)?))
 }
 
-/// Tells whether bytes are such a file: two whole numbers, and the size they announce.
+/// Whether bytes are such a file: two whole numbers, and the size they announce.
 pub(super) fn is_bshc(bytes: &[u8]) -> bool {
     degree(bytes).is_ok()
 }
@@ -62,20 +66,22 @@ fn degree(bytes: &[u8]) -> Result<usize, String> {
     let (first, last) = (number(bytes, 0), number(bytes, 1));
     if first != 0.0 || !(0.0..=1e6).contains(&last) || last.fract() != 0.0 {
         return Err(format!(
-            "the file announces degrees {first:?} to {last:?}: a radius has all degrees from 0 to a whole number"
+            "the file announces degrees {first:?} to {last:?}: a radius has all degrees from 0 to \
+             a whole number"
         ));
     }
     let count = (last as u64 + 1) * (last as u64 + 2);
     let expected = (count + 2) * NUMBER as u64;
     if size as u64 != expected {
         return Err(format!(
-            "degree {last} takes {expected} bytes, the file has {size}: part of it is lost, or it is no bshc file"
+            "degree {last} takes {expected} bytes, the file has {size}: part of it is lost, or it \
+             is no bshc file"
         ));
     }
     Ok(last as usize)
 }
 
-/// Gives the number at a place, counted in numbers; NaN past the end.
+/// Returns the number at a place, counted in numbers; NaN past the end.
 fn number(bytes: &[u8], at: usize) -> f64 {
     number_at(bytes, at * NUMBER).unwrap_or(f64::NAN)
 }

@@ -1,5 +1,5 @@
-//! The array of pyshtools in NumPy's file: real numbers of shape (2, lmax+1, lmax+1), cosines first, then `[l, m]`; zero where m > l.
-//! It says no convention.
+//! The array of pyshtools in NumPy's file: real numbers of shape (2, lmax+1, lmax+1), cosines
+//! first, then `[l, m]`; zero where m > l. It says no convention.
 
 use std::path::Path;
 
@@ -14,7 +14,8 @@ use crate::sh::Convention;
 /// Writes the coefficients of a shape; its centre and source have no room.
 ///
 /// # Errors
-/// [`Error::Numeric`](crate::Error::Numeric) when the degree is too high for unnormalised coefficients.
+/// [`Error::Numeric`](crate::Error::Numeric) when the degree is too high for unnormalised
+/// coefficients.
 pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
     let c = &shape.coefficients;
     let n = c.lmax() + 1;
@@ -32,8 +33,8 @@ pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
 /// Reads an array in the given convention. Memory is bound by the size of the file.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input): no convention, a broken header, another shape or type, a number that is not finite or beyond
-/// f64, one that is not 0 where m > l or as sine of order 0.
+/// [`Error::Input`](crate::Error::Input): no convention, a broken header, another shape or type, a
+/// number that is not finite or beyond f64, one that is not 0 where m > l or as sine of order 0.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let array = Array::parse(path, bytes)?;
     let wrong = |message: String, help: &str| Err(InputError::new(path, message).help(help).into());

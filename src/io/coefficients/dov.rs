@@ -1,6 +1,8 @@
-//! Coefficient text in the second layout of pyshtools ("dov"): a line `l, m, value` for each cosine, one `l, -m, value` for each sine.
+//! Coefficient text in the second layout of pyshtools ("dov"): a line `l, m, value` for each
+//! cosine, one `l, -m, value` for each sine.
 //!
-//! Ours begins with the comments of `annotated.rs`, which pyshtools skips. A fourth column holds errors, which are not read.
+//! Ours begins with the comments of `annotated.rs`, which pyshtools skips. A fourth column holds
+//! errors, which are not read.
 
 use std::path::Path;
 
@@ -23,8 +25,8 @@ pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
     })
 }
 
-/// Reads text with signed orders: ours, or a bare one of pyshtools in the given convention; degrees from 0 up, orders 0, 1, -1, 2, -2
-/// to -l, none missing. Memory is bound by the size of the text.
+/// Reads text with signed orders: ours, or a bare one of pyshtools in the given convention; degrees
+/// from 0 up, orders 0, 1, -1, 2, -2 to -l, none missing. Memory is bound by the size of the text.
 ///
 /// # Errors
 /// As [`shtools_text::parse`](super::shtools_text::parse).
@@ -32,7 +34,7 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
     annotated::parse(path, bytes, options, rows)
 }
 
-/// Tells this layout from the other: the fourth row is `1, -1, value`.
+/// Returns this layout from the other: the fourth row is `1, -1, value`.
 pub(super) fn is_dov(text: &str) -> bool {
     let mut rows = lines(text).skip(header_lines(text));
     rows.nth(3).is_some_and(|(line, _)| cells(line).starts_with(&["1", "-1"]))
@@ -71,7 +73,8 @@ fn take(line: &str, cosine: &mut Option<f64>, triangle: &mut Triangle) -> Result
     };
     if (*degree, *order) != (l.to_string().as_str(), format!("{sign}{m}").as_str()) {
         return Err(format!(
-            "degree {degree}, order {order} stands here, where degree {l}, order {sign}{m} must come"
+            "degree {degree}, order {order} stands here, where degree {l}, order {sign}{m} must \
+             come"
         ));
     }
     match (cosine.take(), m) {

@@ -1,4 +1,5 @@
-//! The formats of coefficient files: their names, extensions and conventions. Each is read and written in a file of its own.
+//! The formats of coefficient files: their names, extensions and conventions. Each is read and
+//! written in a file of its own.
 
 use std::fmt;
 use std::path::Path;
@@ -16,7 +17,8 @@ pub enum SeriesFormat {
     Text,
     /// The text of pyshtools ("dov"): `l, m, value`, sines at negative orders.
     Dov,
-    /// The binary of Curtin University that pyshtools reads: degrees, then all cosines, then all sines.
+    /// The binary of Curtin University that pyshtools reads: degrees, then all cosines, then all
+    /// sines.
     Bshc,
     /// The array of pyshtools, (2, lmax+1, lmax+1), in NumPy's file.
     Npy,
@@ -49,7 +51,7 @@ impl SeriesFormat {
         Self::Compact,
     ];
 
-    /// Gives the name used on the command line.
+    /// Returns the name used on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Text => "text",
@@ -65,7 +67,7 @@ impl SeriesFormat {
         }
     }
 
-    /// Gives a noun for messages, with its article.
+    /// Returns a noun for messages, with its article.
     pub const fn noun(self) -> &'static str {
         match self {
             Self::Text => "a coefficient text",
@@ -115,7 +117,8 @@ impl SeriesFormat {
         }
     }
 
-    /// Gives the one convention that the format has by its definition; `None` where the file or the reader must say it.
+    /// Returns the one convention that the format has by its definition; `None` where the file or
+    /// the reader must say it.
     pub const fn convention(self) -> Option<Convention> {
         let orthonormal =
             Convention { normalisation: Normalisation::Orthonormal, phase: CondonShortley::With };
@@ -132,22 +135,23 @@ impl SeriesFormat {
 }
 
 impl SeriesFormat {
-    /// Tells whether a file of this format has room for the centre of the shape.
+    /// Whether a file of this format has room for the centre of the shape.
     pub const fn keeps_centre(self) -> bool {
         matches!(self, Self::SpharmPdm) || self.keeps_source()
     }
 
-    /// Tells whether a file of this format has room for the source of the shape and the degree it was cut from.
+    /// Whether a file of this format has room for the source of the shape and the degree it was cut
+    /// from.
     pub const fn keeps_source(self) -> bool {
         matches!(self, Self::Text | Self::Dov | Self::Binary | Self::Compact)
     }
 
-    /// Tells whether numbers are rounded to a tolerance.
+    /// Whether numbers are rounded to a tolerance.
     pub const fn is_lossy(self) -> bool {
         matches!(self, Self::Compact)
     }
 
-    /// Tells whether a reader knows the convention of a file without being told.
+    /// Whether a reader knows the convention of a file without being told.
     pub const fn says_convention(self) -> bool {
         !matches!(self, Self::Bshc | Self::Npy)
     }

@@ -1,5 +1,6 @@
-//! Coefficient files: the formats they have, each read and written in a file of its own, and the doors to all of them. docs/coefficient_files.md
-//! says what each format keeps and in which convention its numbers stand.
+//! Coefficient files: the formats they have, each read and written in a file of its own, and the
+//! doors to all of them. docs/coefficient_files.md says what each format keeps and in which
+//! convention its numbers stand.
 
 mod annotated;
 mod format;
@@ -35,7 +36,8 @@ pub struct ReadOptions {
     pub format: Option<SeriesFormat>,
     /// The convention of a file that does not state it; it must not contradict one that does.
     pub convention: Option<Convention>,
-    /// The length of the file's unit, metres, where the file does not state it; `None` is the metre.
+    /// The length of the file's unit, metres, where the file does not state it; `None` is the
+    /// metre.
     pub unit: Option<f64>,
     /// The row to read of a table that holds several shapes, counted from 1.
     pub row: Option<usize>,
@@ -83,16 +85,17 @@ pub fn load(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(|e| Error::io(path, "read", e))
 }
 
-/// Reads the bytes of a coefficient file; `path` is for messages and, where the content leaves a choice, its extension.
+/// Reads the bytes of a coefficient file; `path` is for messages and, where the content leaves a
+/// choice, its extension.
 ///
 /// # Errors
-/// [`Error::Input`] when the format is not known, or as the reader of the format says; [`Error::Parameter`] when a row is asked for of
-/// a format that has none.
+/// [`Error::Input`] when the format is not known, or as the reader of the format says;
+/// [`Error::Parameter`] when a row is asked for of a format that has none.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let format = options.format.or_else(|| recognise(path, bytes)).ok_or_else(|| {
         let names: Vec<_> = SeriesFormat::ALL.iter().map(|format| format.name()).collect();
         let advice = Advice::StateFormat(names.join(", "));
-        InputError::new(path, "this is no coefficient file that is known here").advise(advice)
+        InputError::new(path, "unrecognised coefficient file").advise(advice)
     })?;
     if options.row.is_some() && format != SeriesFormat::Aics {
         return Err(Error::Parameter(format!(
@@ -117,8 +120,8 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
     in_metres(path, shape, options.unit)
 }
 
-/// Tells in which convention the numbers of a file stand: that of the format, the one it states, else the one that is given; `None` for
-/// our own forms, which keep the internal basis.
+/// Returns in which convention the numbers of a file stand: that of the format, the one it states,
+/// else the one that is given; `None` for our own forms, which keep the internal basis.
 ///
 /// # Errors
 /// As [`parse`], for what comes before the coefficients.
@@ -167,8 +170,9 @@ impl Default for WriteOptions {
 /// Writes a shape in a format.
 ///
 /// # Errors
-/// [`Error::Numeric`] when the degree is too high for unnormalised coefficients; [`Error::Parameter`] for a convention that the format
-/// cannot say, or a tolerance that it cannot hold.
+/// [`Error::Numeric`] when the degree is too high for unnormalised coefficients;
+/// [`Error::Parameter`] for a convention that the format cannot say, or a tolerance that it cannot
+/// hold.
 pub fn encode(shape: &Shape, format: SeriesFormat, options: &WriteOptions) -> Result<Vec<u8>> {
     let convention = options.convention;
     match format {

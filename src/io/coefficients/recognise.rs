@@ -8,13 +8,13 @@ use crate::io::npy;
 /// How much of a text is looked at, bytes.
 const HEAD: usize = 4096;
 
-/// Tells the format of a coefficient file from its content and, for a text or for bytes without a sign of their own, its extension;
-/// `None` when neither is that of a coefficient file.
+/// Returns the format of a coefficient file from its content and, for a text or for bytes without a
+/// sign of their own, its extension; `None` when neither is that of a coefficient file.
 pub fn recognise(path: &Path, bytes: &[u8]) -> Option<SeriesFormat> {
     recognise_content(bytes).or_else(|| SeriesFormat::of_extension(path))
 }
 
-/// Tells the format from the content alone; `None` when that says nothing.
+/// Returns the format from the content alone; `None` when that says nothing.
 pub fn recognise_content(bytes: &[u8]) -> Option<SeriesFormat> {
     if bytes.starts_with(&binary::MAGIC) {
         return Some(SeriesFormat::Binary);
@@ -31,7 +31,7 @@ pub fn recognise_content(bytes: &[u8]) -> Option<SeriesFormat> {
     text(bytes)
 }
 
-/// Tells complex numbers from real ones.
+/// Returns complex numbers from real ones.
 fn array(bytes: &[u8]) -> SeriesFormat {
     match npy::Array::parse(Path::new(""), bytes) {
         Ok(array) if array.complex && array.shape.len() < 3 => SeriesFormat::Alm,
@@ -39,7 +39,7 @@ fn array(bytes: &[u8]) -> SeriesFormat {
     }
 }
 
-/// Tells the texts apart by how they begin.
+/// Returns the texts apart by how they begin.
 fn text(bytes: &[u8]) -> Option<SeriesFormat> {
     // A table of aics-shparam has its whole header in one line, longer than what tells the others.
     let line = bytes.split(|b| *b == b'\n').next().unwrap_or(bytes);
@@ -62,7 +62,7 @@ fn text(bytes: &[u8]) -> Option<SeriesFormat> {
     }
 }
 
-/// Tells a coefficient text by our title, or by its rows `0, 0, C` and `1, 0, C`.
+/// Returns a coefficient text by our title, or by its rows `0, 0, C` and `1, 0, C`.
 fn is_text(head: &str) -> bool {
     use super::rows::{cells, lines};
     let mut rows = lines(head).skip(super::shtools_text::header_lines(head));

@@ -1,4 +1,5 @@
-//! What the readers of coefficient files have in common: the order of degrees and orders, numbers as text, the convention.
+//! What the readers of coefficient files have in common: the order of degrees and orders, numbers
+//! as text, the convention.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -7,7 +8,8 @@ use crate::error::{Advice, InputError};
 use crate::sh::{Coefficients, Convention};
 use crate::{Error, Result};
 
-/// Collects coefficients of one convention, degree by degree, order 0 to l in each: the one order that most files have.
+/// Collects coefficients of one convention, degree by degree, order 0 to l in each: the one order
+/// that most files have.
 #[derive(Debug)]
 pub(super) struct Triangle {
     convention: Convention,
@@ -21,7 +23,7 @@ impl Triangle {
         Self { convention, next: (0, 0), a: Vec::new(), b: Vec::new() }
     }
 
-    /// Gives the degree and order that must come next.
+    /// Returns the degree and order that must come next.
     pub(super) const fn next(&self) -> (usize, usize) {
         self.next
     }
@@ -44,7 +46,8 @@ impl Triangle {
         Ok(())
     }
 
-    /// Closes the series after its last whole degree; `last` is the line on which it ended, where there are lines.
+    /// Closes the series after its last whole degree; `last` is the line on which it ended, where
+    /// there are lines.
     pub(super) fn finish(self, path: &Path, last: Option<usize>) -> Result<Coefficients> {
         let (l, m) = self.next;
         if (l, m) == (0, 0) {
@@ -78,7 +81,8 @@ pub(super) fn collect(
     triangle.finish(path, None)
 }
 
-/// Chooses between the convention that the file has and the one that the caller gives; `subject` says whose it is ("the file says").
+/// Chooses between the convention that the file has and the one that the caller gives; `subject`
+/// says whose it is ("the file says").
 pub(super) fn agreed(
     path: &Path,
     subject: &str,
@@ -155,7 +159,8 @@ pub(super) fn coefficient(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Writes 17 significant digits with a signed exponent of at least two digits, as C, Fortran and Python do.
+/// Writes 17 significant digits with a signed exponent of at least two digits, as C, Fortran and
+/// Python do.
 pub(super) fn digits(value: f64) -> String {
     let text = format!("{value:.16e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -163,7 +168,8 @@ pub(super) fn digits(value: f64) -> String {
     format!("{mantissa}e{sign}{exponent:0>2}")
 }
 
-/// Asks for a table whose last line is ended: of one that is cut within a number nothing else would tell.
+/// Asks for a table whose last line is ended: of one that is cut within a number nothing else would
+/// tell.
 pub(super) fn ended(path: &Path, bytes: &[u8]) -> Result<()> {
     if bytes.is_empty() || bytes.ends_with(b"\n") {
         return Ok(());

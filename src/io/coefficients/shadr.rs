@@ -1,10 +1,12 @@
-//! The "spherical harmonics ASCII data record" (SHADR) of NASA's Planetary Data System: a header line of eight numbers (reference
-//! radius, GM, its error, degree, order, normalisation state, reference longitude and latitude), then lines `l, m, C, S` with two
-//! errors, which are not read.
+//! The "spherical harmonics ASCII data record" (SHADR) of NASA's Planetary Data System: a header
+//! line of eight numbers (reference radius, GM, its error, degree, order, normalisation state,
+//! reference longitude and latitude), then lines `l, m, C, S` with two errors, which are not read.
 //!
-//! State 1 is 4pi, 0 is unnormalised, both without the Condon-Shortley phase as everywhere in geodesy; any other state must be said. The
-//! coefficients are taken as they are, lengths in the unit that is said (the archive has metres and kilometres); a gravity field, which
-//! is a ratio, or a height above the reference radius is no radius, and nothing here multiplies by that radius or adds it.
+//! State 1 is 4pi, 0 is unnormalised, both without the Condon-Shortley phase as everywhere in
+//! geodesy; any other state must be said. The coefficients are taken as they are, lengths in the
+//! unit that is said (the archive has metres and kilometres); a gravity field, which is a ratio, or
+//! a height above the reference radius is no radius, and nothing here multiplies by that radius or
+//! adds it.
 
 use std::path::Path;
 
@@ -16,19 +18,20 @@ use crate::io::output::SOFTWARE;
 use crate::sh::{CondonShortley, Convention, Normalisation};
 use crate::{Error, Result};
 
-/// Writes a shape: metres, its mean radius as reference radius, no GM, no errors; centre and source have no room. Fields have the
-/// widths of the record's definition.
+/// Writes a shape: metres, its mean radius as reference radius, no GM, no errors; centre and source
+/// have no room. Fields have the widths of the record's definition.
 ///
 /// # Errors
-/// [`Error::Parameter`] for a convention that the header cannot say (it knows 4pi and unnorm, csphase 1); [`Error::Numeric`] when the
-/// degree is too high for unnormalised coefficients.
+/// [`Error::Parameter`] for a convention that the header cannot say (it knows 4pi and unnorm,
+/// csphase 1); [`Error::Numeric`] when the degree is too high for unnormalised coefficients.
 pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
     let state = state(convention)?;
     let c = &shape.coefficients;
     let (lmax, zero) = (c.lmax(), real(0.0));
     let radius = real(c.mean());
     let mut lines = vec![format!(
-        "{radius},{zero},{zero},{lmax:>5},{lmax:>5},{state:>5},{zero},{zero}, {SOFTWARE} radius in metres\r\n"
+        "{radius},{zero},{zero},{lmax:>5},{lmax:>5},{state:>5},{zero},{zero}, {SOFTWARE} radius \
+         in metres\r\n"
     )];
     for l in 0..=lmax {
         for m in 0..=l {
@@ -59,15 +62,17 @@ fn real(value: f64) -> String {
 /// Reads a table; `path` is for messages. Memory is bound by the size of the text.
 ///
 /// # Errors
-/// [`Error::Input`] with line: not UTF-8, a header that is none, a normalisation that is not said or contradicts the given one, rows as
-/// in [`shtools_text::parse`](super::shtools_text::parse), another degree than the announced one.
+/// [`Error::Input`] with line: not UTF-8, a header that is none, a normalisation that is not said
+/// or contradicts the given one, rows as in [`shtools_text::parse`](super::shtools_text::parse),
+/// another degree than the announced one.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let text = text(path, bytes)?;
     super::rows::ended(path, bytes)?;
     let mut lines = lines(text);
     let (first, at) = lines.next().unwrap_or(("", 1));
     let header = Header::read(first).ok_or_else(|| {
-        let message = "a SHADR table begins with eight numbers: radius, GM, error, degree, order, normalisation, longitude, latitude";
+        let message = "a SHADR table begins with eight numbers: radius, GM, error, degree, order, \
+                       normalisation, longitude, latitude";
         InputError::new(path, message).at(at, None).advise(Advice::ReadAsText)
     })?;
     let convention = agreed(path, "the header says", header.convention(), options.convention)?;
@@ -89,13 +94,13 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
     Ok(Shape::new(coefficients))
 }
 
-/// Gives the convention that the header states.
+/// Returns the convention that the header states.
 pub(super) fn convention(path: &Path, bytes: &[u8]) -> Result<Option<Convention>> {
     let first = lines(text(path, bytes)?).next();
     Ok(first.and_then(|(line, _)| Header::read(line)).and_then(|header| header.convention()))
 }
 
-/// Tells whether a text begins with such a header.
+/// Whether a text begins with such a header.
 pub(super) fn is_shadr(text: &str) -> bool {
     lines(text).next().is_some_and(|(line, _)| Header::read(line).is_some())
 }

@@ -1,7 +1,9 @@
-//! Coefficient text in the layout of pyshtools ("shtools"): a line `l, m, C, S` for each degree and order, as its `shwrite` makes it.
+//! Coefficient text in the layout of pyshtools ("shtools"): a line `l, m, C, S` for each degree and
+//! order, as its `shwrite` makes it.
 //!
-//! Comment lines, which `SHCoeffs.from_file` skips, come first and carry what the layout cannot say: see `annotated.rs`. Files of
-//! pyshtools may have one or two header lines before the rows, which are passed over, and two more columns of errors.
+//! Comment lines, which `SHCoeffs.from_file` skips, come first and carry what the layout cannot
+//! say: see `annotated.rs`. Files of pyshtools may have one or two header lines before the rows,
+//! which are passed over, and two more columns of errors.
 
 use std::path::Path;
 
@@ -15,25 +17,30 @@ use crate::sh::{Coefficients, Convention};
 /// How many header lines pyshtools writes at most.
 const HEADER_LINES: usize = 2;
 
-/// Writes a shape as coefficient text, 17 significant digits a number: [`parse`] brings back what the convention keeps (all bits at
-/// m = 0 of Schmidt normalisation, 2 units in the last place elsewhere; unnormalised as far as f64 reaches).
+/// Writes a shape as coefficient text, 17 significant digits a number: [`parse`] brings back what
+/// the convention keeps (all bits at m = 0 of Schmidt normalisation, 2 units in the last place
+/// elsewhere; unnormalised as far as f64 reaches).
 ///
 /// # Errors
-/// [`Error::Numeric`](crate::Error::Numeric) when the degree is too high for unnormalised coefficients.
+/// [`Error::Numeric`](crate::Error::Numeric) when the degree is too high for unnormalised
+/// coefficients.
 pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
     annotated::write(shape, convention, |l, m, (c, s)| {
         format!("{l}, {m}, {}, {}\n", digits(c), digits(s))
     })
 }
 
-/// Reads coefficient text: ours, or a bare one of pyshtools in the given convention; `path` is for messages.
+/// Reads coefficient text: ours, or a bare one of pyshtools in the given convention; `path` is for
+/// messages.
 ///
-/// Rows run from degree 0 up, order 0 to l, none missing. Separators are commas or blanks. As in pyshtools, S may lack at m = 0, and
-/// two more columns hold errors, which are not read. Memory is bound by the size of the text.
+/// Rows run from degree 0 up, order 0 to l, none missing. Separators are commas or blanks. As in
+/// pyshtools, S may lack at m = 0, and two more columns hold errors, which are not read. Memory is
+/// bound by the size of the text.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) with line and remedy: not UTF-8, no convention or a contradictory one, a row that is missing,
-/// out of order, duplicate, of a wrong number of columns, not finite, cut off, or beyond f64; a broken comment line of ours.
+/// [`Error::Input`](crate::Error::Input) with line and remedy: not UTF-8, no convention or a
+/// contradictory one, a row that is missing, out of order, duplicate, of a wrong number of columns,
+/// not finite, cut off, or beyond f64; a broken comment line of ours.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     annotated::parse(path, bytes, options, rows)
 }
@@ -50,8 +57,8 @@ fn rows(path: &Path, text: &str, ours: bool, convention: Convention) -> Result<C
     triangle.finish(path, Some(text.lines().count()))
 }
 
-/// Counts the lines before the row of degree 0 that are no rows: headers, whose meaning is their author's. A first line that looks like
-/// a row is one, so that no broken row passes for a header.
+/// Counts the lines before the row of degree 0 that are no rows: headers, whose meaning is their
+/// author's. A first line that looks like a row is one, so that no broken row passes for a header.
 pub(super) fn header_lines(text: &str) -> usize {
     let is_row = |line: &str| {
         let cells = cells(line);
@@ -171,11 +178,13 @@ mod tests {
             let rows = text.lines().filter(|line| !line.starts_with('#'));
             rows.eq(reference.lines())
         };
-        // Zonal Schmidt rows pass unchanged, so their bytes must be those that pyshtools writes for the same numbers.
+        // Zonal Schmidt rows pass unchanged, so their bytes must be those that pyshtools writes for
+        // the same numbers.
         let zonal = "0, 0, 8.9999999999999997e-02, 0.0000000000000000e+00\n";
         let ball = read(zonal, Some(schmidt)).expect("read");
         assert!(same_rows(&written(&ball, schmidt), zonal));
-        // 4pi numbers may move by two units in the last of 17 digits; to 15 digits they are the same text.
+        // 4pi numbers may move by two units in the last of 17 digits; to 15 digits they are the
+        // same text.
         let cut = |line: &str| -> Vec<String> {
             line.split(", ")
                 .map(|cell| cell.parse().map_or(String::new(), |v: f64| format!("{v:.14e}")))
@@ -373,7 +382,8 @@ mod tests {
                 let back = read(&text, None).expect("read").coefficients;
                 for (l, m) in (0..=7).flat_map(|l| (0..=l).map(move |m| (l, m))) {
                     let ((a, b), (a2, b2)) = (coefficients.get(l, m), back.get(l, m));
-                    // The factor is 1 or -1 only at m = 0 of schmidt and unnorm: there not a bit may move.
+                    // The factor is 1 or -1 only at m = 0 of schmidt and unnorm: there not a bit
+                    // may move.
                     let exact = convention.factor(l, m).expect("in range").abs() == 1.0;
                     let allowed = if exact { 0 } else { 2 };
                     prop_assert!(units_apart(a, a2) <= allowed && units_apart(b, b2) <= allowed);

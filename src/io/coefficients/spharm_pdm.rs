@@ -1,4 +1,5 @@
-//! The coefficient file of SPHARM-PDM and SlicerSALT (`.coef`): x, y and z of a surface as three series, in text.
+//! The coefficient file of SPHARM-PDM and SlicerSALT (`.coef`): x, y and z of a surface as three
+//! series, in text.
 //!
 //! ```text
 //! { 4,{x, y, z},
@@ -7,9 +8,10 @@
 //! {x, y, z}}
 //! ```
 //!
-//! The first number is that of the triples, (n+1)^2 for degree n; they come degree by degree, order 0, then cosine and sine of each
-//! order. The basis is orthonormal with the Condon-Shortley phase and without sqrt(2): A sqrt(4 pi/(2l+1)), whatever the order.
-//! A radial shape of degree lmax about a centre is exactly such a set of degree lmax + 1 (`sh::positions`). SPHARM-PDM writes six
+//! The first number is that of the triples, (n+1)^2 for degree n; they come degree by degree, order
+//! 0, then cosine and sine of each order. The basis is orthonormal with the Condon-Shortley phase
+//! and without sqrt(2): A sqrt(4 pi/(2l+1)), whatever the order. A radial shape of degree lmax
+//! about a centre is exactly such a set of degree lmax + 1 (`sh::positions`). SPHARM-PDM writes six
 //! decimals; we write 17 digits.
 
 use std::f64::consts::PI;
@@ -22,7 +24,8 @@ use crate::fit::Shape;
 use crate::sh::{Coefficients, RadialPart, positions, radius_of};
 use crate::{Error, Result};
 
-/// The residual, by the mean radius, up to which a set is a radial shape whatever its decimals: the rounding of f32.
+/// The residual, by the mean radius, up to which a set is a radial shape whatever its decimals: the
+/// rounding of f32.
 const RESIDUAL: f64 = 1e-6;
 
 /// How many decimals SPHARM-PDM writes.
@@ -77,7 +80,7 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
     Ok(Shape { centre: part.centre, ..Shape::new(part.radius) })
 }
 
-/// Tells whether a text begins as such a file.
+/// Whether a text begins as such a file.
 pub(super) fn is_spharm_pdm(text: &str) -> bool {
     let count = text.trim_start().strip_prefix('{').map(str::trim_start);
     count.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
@@ -89,21 +92,23 @@ fn check_radial(
     set: &[Coefficients; 3],
     resolution: f64,
 ) -> Result<()> {
-    // Each of the 3 n numbers is off by half a unit at most, a third of that squared in the mean, and 1/(4 pi) of it is mean square.
+    // Each of the 3 n numbers is off by half a unit at most, a third of that squared in the mean,
+    // and 1/(4 pi) of it is mean square.
     let rounding = resolution * (set[0].count() as f64 / (16.0 * PI)).sqrt();
     let size = (part.radius.energy() / (4.0 * PI)).sqrt();
     if part.residual <= (RESIDUAL * size).max(MARGIN * rounding) {
         return Ok(());
     }
     let message = format!(
-        "this set of x, y and z is no radial shape: its points lie {:.2} % of the radius from where their directions say (RMS)",
+        "this set of x, y and z is no radial shape: its points lie {:.2} % of the radius from \
+         where their directions say (RMS)",
         100.0 * part.residual / size
     );
     Err(InputError::new(path, message).advise(Advice::FitSurface).into())
 }
 
-/// Finds the unit of the last decimal, from the longest plain decimal fraction; 0, exact, where a number has an exponent or none has the
-/// decimals of the original.
+/// Finds the unit of the last decimal, from the longest plain decimal fraction; 0, exact, where a
+/// number has an exponent or none has the decimals of the original.
 fn resolution(text: &str) -> f64 {
     if text.contains(['e', 'E']) {
         return 0.0;
@@ -207,7 +212,8 @@ mod tests {
         }
     }
 
-    /// By hand: x = -sqrt(2) Re(Q_1^1 e^(i phi)), so A_11 of x is -sqrt(2) and its number -sqrt(2) sqrt(4 pi/3) = -2.894405.
+    /// By hand: x = -sqrt(2) Re(Q_1^1 e^(i phi)), so A_11 of x is -sqrt(2) and its number -sqrt(2)
+    /// sqrt(4 pi/3) = -2.894405.
     const BALL: &str = "{ 4,{0.000000, 0.000000, 0.000000},\n{0.000000, 0.000000, 2.046653},\n\
                         {-2.894405, 0.000000, 0.000000},\n{0.000000, -2.894405, 0.000000}}";
 

@@ -1,4 +1,5 @@
-//! Images as bytes: PNG to look at, EXR to compute with. Pixel 0 is the top left, rows follow from left to right.
+//! Images as bytes: PNG to look at, EXR to compute with. Pixel 0 is the top left, rows follow from
+//! left to right.
 
 mod exr;
 mod png;
@@ -8,7 +9,7 @@ pub use png::{NOT_FINITE, Png, auto_exposure, encode_png, png};
 
 use crate::{Error, Result};
 
-/// Refuses sizes that do not multiply to the number of pixels, and empty images.
+/// Rejects sizes that do not multiply to the number of pixels, and empty images.
 fn check_size(width: usize, height: usize, pixels: usize) -> Result<()> {
     if width.checked_mul(height) == Some(pixels) && pixels > 0 {
         return Ok(());

@@ -1,12 +1,14 @@
-//! 8-bit sRGB PNG from linear Rec. 709 pixels: the value is multiplied by an exposure, clamped to 0..1 and encoded by the transfer
-//! function of IEC 61966-2-1. No tone curve, so what is shown stays proportional to what was computed.
+//! 8-bit sRGB PNG from linear Rec. 709 pixels: the value is multiplied by an exposure, clamped to
+//! 0..1 and encoded by the transfer function of IEC 61966-2-1. No tone curve, so what is shown
+//! stays proportional to what was computed.
 
 use super::check_size;
 use crate::io::output::SOFTWARE;
 use crate::math::Rgb;
 use crate::{Error, Result};
 
-/// What is painted where a pixel is not finite: a magenta that no exposure of a scene gives by accident.
+/// What is painted where a pixel is not finite: a magenta that no exposure of a scene gives by
+/// accident.
 pub const NOT_FINITE: [u8; 3] = [255, 0, 255];
 
 /// The luminance to which the geometric mean of an image is exposed: the grey card of photography.
@@ -23,7 +25,7 @@ pub struct Png {
     pub not_finite: usize,
 }
 
-/// Gives 0.18 over the geometric mean of the positive finite luminances, or the largest number
+/// Returns 0.18 over the geometric mean of the positive finite luminances, or the largest number
 /// where that is more; 1 when there are none.
 pub fn auto_exposure(pixels: &[Rgb]) -> f64 {
     let luminances = pixels.iter().map(|p| p.luminance());
@@ -34,11 +36,12 @@ pub fn auto_exposure(pixels: &[Rgb]) -> f64 {
     if count == 0 { 1.0 } else { exposure.min(f64::MAX) }
 }
 
-/// Encodes linear Rec. 709 `pixels` (`width` x `height`, row by row from the top left) as PNG, exposed by `exposure` or, without it,
-/// by [`auto_exposure`].
+/// Encodes linear Rec. 709 `pixels` (`width` x `height`, row by row from the top left) as PNG,
+/// exposed by `exposure` or, without it, by [`auto_exposure`].
 ///
 /// # Errors
-/// [`Error::Parameter`] when the size does not fit the pixels or the exposure is not a positive finite number.
+/// [`Error::Parameter`] when the size does not fit the pixels or the exposure is not a positive
+/// finite number.
 pub fn png(width: usize, height: usize, pixels: &[Rgb], exposure: Option<f64>) -> Result<Png> {
     let exposure = exposure.unwrap_or_else(|| auto_exposure(pixels));
     if !(exposure > 0.0 && exposure.is_finite()) {
@@ -60,10 +63,12 @@ fn quantise(linear: f64) -> u8 {
     (255.0 * encoded).round() as u8
 }
 
-/// Encodes sRGB `samples` (three bytes a pixel, row by row from the top left) as PNG that says sRGB and names this program.
+/// Encodes sRGB `samples` (three bytes a pixel, row by row from the top left) as PNG that says sRGB
+/// and names this program.
 ///
 /// # Errors
-/// [`Error::Parameter`] when the size does not fit the samples; [`Error::Numeric`] with the encoder's complaint.
+/// [`Error::Parameter`] when the size does not fit the samples; [`Error::Numeric`] with the
+/// encoder's complaint.
 pub fn encode_png(width: usize, height: usize, samples: &[u8]) -> Result<Vec<u8>> {
     check_size(width, height, samples.len() / 3)?;
     let (Ok(columns), Ok(rows), 0) =
@@ -141,7 +146,8 @@ mod tests {
 
     #[test]
     fn transfer_function_is_that_of_the_standard() {
-        // Levels from the inverse function of IEC 61966-2-1: v <= 0.04045 ? v/12.92 : ((v + 0.055)/1.055)^2.4.
+        // Levels from the inverse function of IEC 61966-2-1: v <= 0.04045 ? v/12.92 : ((v +
+        // 0.055)/1.055)^2.4.
         for level in 0..=255_u8 {
             let v = f64::from(level) / 255.0;
             let linear = if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
@@ -154,7 +160,8 @@ mod tests {
     fn exposure_brings_the_geometric_mean_to_middle_grey() {
         let pixels = [Rgb::grey(1.0), Rgb::grey(100.0), Rgb::BLACK, Rgb::grey(f64::NAN)];
         assert!((auto_exposure(&pixels) - 0.018).abs() <= 1e-15);
-        // The product of 1e300 would overflow, the sum of logarithms does not: 1000 terms of 691, each rounded to 1e-13.
+        // The product of 1e300 would overflow, the sum of logarithms does not: 1000 terms of 691,
+        // each rounded to 1e-13.
         assert!((auto_exposure(&vec![Rgb::grey(1e300); 1000]) / 1.8e-301 - 1.0).abs() <= 1e-9);
         // Fainter than one over the largest number: as bright as numbers can make it.
         let made = png(1, 1, &[Rgb::grey(1e-320)], None).expect("made");

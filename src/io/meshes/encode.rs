@@ -19,12 +19,14 @@ pub enum MeshColours<'a> {
     OfFaces(&'a [[u8; 3]]),
 }
 
-/// Gives the bytes of a mesh file: OBJ with all digits, PLY as little-endian doubles, STL in binary.
+/// Returns the bytes of a mesh file: OBJ with all digits, PLY as little-endian doubles, STL in
+/// binary.
 ///
 /// STL keeps positions in f32 and no vertex twice; what it lost is gone when it is read again.
 ///
 /// # Errors
-/// [`Error::Parameter`] for a format that is not written here, and for a coordinate that the f32 of an STL file cannot hold.
+/// [`Error::Parameter`] for a format that is not written here, and for a coordinate that the f32 of
+/// an STL file cannot hold.
 ///
 /// ```
 /// use glam::DVec3;
@@ -47,7 +49,7 @@ pub fn encode(mesh: &Mesh, format: MeshFormat) -> Result<Vec<u8>> {
     }
 }
 
-/// Gives the bytes of a PLY file, coloured or not.
+/// Returns the bytes of a PLY file, coloured or not.
 ///
 /// # Errors
 /// [`Error::Parameter`] when there are not as many colours as vertices or faces.
@@ -94,7 +96,8 @@ fn check_number(colours: Option<&[[u8; 3]]>, wanted: usize, what: &str) -> Resul
 fn obj(mesh: &Mesh) -> Vec<u8> {
     let mut text = format!("# {SOFTWARE}\n").into_bytes();
     for DVec3 { x, y, z } in mesh.positions() {
-        // Unlike Display, Debug turns to exponents where plain digits would be hundreds. Writing into a Vec cannot fail.
+        // Unlike Display, Debug turns to exponents where plain digits would be hundreds. Writing
+        // into a Vec cannot fail.
         let _ = writeln!(text, "v {x:?} {y:?} {z:?}");
     }
     for triangle in mesh.triangles() {
@@ -117,7 +120,8 @@ fn stl(mesh: &Mesh) -> Result<Vec<u8>> {
         let corners = mesh.corners(face).map(|p: DVec3| p.as_vec3());
         if !corners.iter().all(|p| p.is_finite()) {
             return Err(Error::Parameter(format!(
-                "face {face} (from 0) has a coordinate that the f32 of STL cannot hold; write PLY or OBJ"
+                "face {face} (from 0) has a coordinate that the f32 of STL cannot hold; write PLY \
+                 or OBJ"
             )));
         }
         let normal = mesh.normal(face).unwrap_or(DVec3::ZERO).as_vec3();

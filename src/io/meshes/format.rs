@@ -1,4 +1,5 @@
-//! The formats of mesh files: their names, extensions, and the mark of a file that this program wrote.
+//! The formats of mesh files: their names, extensions, and the mark of a file that this program
+//! wrote.
 
 use std::path::Path;
 
@@ -12,7 +13,8 @@ pub enum MeshFormat {
     Obj,
     /// Stanford PLY: read as text or binary of either byte order, written as little-endian doubles.
     Ply,
-    /// Stereolithography: read as text or binary, written as binary; f32, and every face has its own three vertices.
+    /// Stereolithography: read as text or binary, written as binary; f32, and every face has its
+    /// own three vertices.
     Stl,
     /// Object File Format: read only.
     Off,
@@ -26,7 +28,8 @@ impl MeshFormat {
         [Self::Obj, Self::Ply, Self::Stl]
     }
 
-    /// Tells the format by the extension of a file name, upper or lower case; `None` when it is not one of a mesh.
+    /// Returns the format by the extension of a file name, upper or lower case; `None` when it is
+    /// not one of a mesh.
     ///
     /// ```
     /// use std::path::Path;
@@ -46,7 +49,7 @@ impl MeshFormat {
         }
     }
 
-    /// Tells in which format a mesh is to be written under this name.
+    /// Returns in which format a mesh is to be written under this name.
     ///
     /// # Errors
     /// [`Error::Parameter`] when the extension is not one of [`MeshFormat::writable`].
@@ -76,7 +79,7 @@ impl MeshFormat {
         }
     }
 
-    /// Gives the name of the format, as in "a PLY file".
+    /// Returns the name of the format, as in "a PLY file".
     pub const fn name(self) -> &'static str {
         match self {
             Self::Obj => "OBJ",

@@ -1,8 +1,9 @@
 //! Mesh files: OBJ, PLY, STL, OFF and glTF in; OBJ, PLY and STL out.
 //!
-//! The format is told by the content of a file, and by its extension only where the content cannot tell. Every reader streams:
-//! it holds the mesh, a buffer and a line, and believes no count that the file is too short for. (glTF alone is read whole.) What
-//! is read is what the file says: nothing is repaired, except that the formats without shared vertices, STL and glTF, have corners
+//! The format is told by the content of a file, and by its extension only where the content cannot
+//! tell. Every reader streams: it holds the mesh, a buffer and a line, and believes no count that
+//! the file is too short for. (glTF alone is read whole.) What is read is what the file says:
+//! nothing is repaired, except that the formats without shared vertices, STL and glTF, have corners
 //! at equal coordinates joined.
 
 mod encode;
@@ -31,8 +32,9 @@ pub use samples::SurfaceSamples;
 /// Reads a mesh, in the axes and the unit that the file has, whatever its extension.
 ///
 /// # Errors
-/// [`crate::Error::Io`] when the file cannot be read; [`crate::Error::Input`] when its format is not known or its content cannot be
-/// used: cut short, contradicting itself, with coordinates that are not finite or vertices that are not there, without faces.
+/// [`crate::Error::Io`] when the file cannot be read; [`crate::Error::Input`] when its format is
+/// not known or its content cannot be used: cut short, contradicting itself, with coordinates that
+/// are not finite or vertices that are not there, without faces.
 ///
 /// ```
 /// use std::path::Path;
@@ -44,8 +46,8 @@ pub fn read(path: &Path) -> Result<Mesh> {
     parse_source(Source::open(path)?)
 }
 
-/// Reads a mesh from the bytes of a file; `path` gives the extension where the content cannot tell, is named in errors, and says
-/// where the buffers of a glTF file are.
+/// Reads a mesh from the bytes of a file; `path` gives the extension where the content cannot tell,
+/// is named in errors, and says where the buffers of a glTF file are.
 ///
 /// # Errors
 /// As [`read`].
@@ -64,17 +66,17 @@ fn parse_source(mut source: Source) -> Result<Mesh> {
         Some(MeshFormat::Gltf) => gltf::parse(&mut source),
         None => {
             let help = "meshes are read as OBJ, PLY, STL, OFF and glTF; export it as one of them";
-            Err(source.fault("this is not a mesh format that is known here", help))
+            Err(source.fault("unrecognised mesh format", help))
         }
     }
 }
 
-/// Tells the format by the bytes of a whole file; `None` when they say nothing.
+/// Returns the format by the bytes of a whole file; `None` when they say nothing.
 pub fn recognise(bytes: &[u8]) -> Option<MeshFormat> {
     format_of(bytes, bytes.len() as u64)
 }
 
-/// Tells the format by the beginning of a file and its length; `None` when that says nothing.
+/// Returns the format by the beginning of a file and its length; `None` when that says nothing.
 fn format_of(head: &[u8], length: u64) -> Option<MeshFormat> {
     let is_ply = head
         .strip_prefix(b"ply")
@@ -96,7 +98,7 @@ fn format_of(head: &[u8], length: u64) -> Option<MeshFormat> {
     }
 }
 
-/// Tells whether the file's first statement is one that OBJ files begin with.
+/// Whether the file's first statement is one that OBJ files begin with.
 fn looks_like_obj(head: &[u8]) -> bool {
     let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let first = head.split(|&b| b == b'\n').find_map(|line| source::words(line).next());
@@ -145,7 +147,7 @@ mod tests {
         assert!(error_of(&write("b.ply", "")).contains("this is no PLY file"));
         assert!(read(&write("b.stl", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")).is_ok());
         assert!(
-            error_of(&write("c.txt", "hello\n")).contains("not a mesh format that is known here")
+            error_of(&write("c.txt", "hello\n")).contains("unrecognised mesh format")
         );
         assert!(error_of(&write("d", "")).contains("help: meshes are read as OBJ, PLY"));
     }
@@ -183,7 +185,8 @@ mod tests {
         }
     }
 
-    /// One face as a surface of its own, and a ball around it, a thousandth of the head wider than need be.
+    /// One face as a surface of its own, and a ball around it, a thousandth of the head wider than
+    /// need be.
     struct Single {
         surface: MeshSurface,
         middle: DVec3,

@@ -1,7 +1,8 @@
 //! Wavefront OBJ: the statements `v` and `f` of all objects and groups as one mesh.
 //!
-//! Read line by line, so that nothing but the mesh itself is held and a fault has a line. Crate tobj, which splits a file at every
-//! object, group and material and numbers vertices anew, is what this reader is tested against (tests/meshes.rs).
+//! Read line by line, so that nothing but the mesh itself is held and a fault has a line. Crate
+//! tobj, which splits a file at every object, group and material and numbers vertices anew, is what
+//! this reader is tested against (tests/meshes.rs).
 
 use std::path::Path;
 
@@ -12,13 +13,15 @@ use super::source::{Source, number, shown, words};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 
-/// Reads an OBJ file: its vertices in their own order, its polygons cut into fans. Objects and groups are joined and share their
-/// vertices; normals, texture coordinates, materials, points and lines are passed over.
+/// Reads an OBJ file: its vertices in their own order, its polygons cut into fans. Objects and
+/// groups are joined and share their vertices; normals, texture coordinates, materials, points and
+/// lines are passed over.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read; [`Error::Input`], with the line where there is one, when it is a folder, has no
-/// vertices or no faces, or has a statement that cannot be used: text that is not UTF-8, a coordinate that is no finite number, a
-/// face of fewer than three vertices, a number of a vertex that is not there.
+/// [`Error::Io`] when the file cannot be read; [`Error::Input`], with the line where there is one,
+/// when it is a folder, has no vertices or no faces, or has a statement that cannot be used: text
+/// that is not UTF-8, a coordinate that is no finite number, a face of fewer than three vertices, a
+/// number of a vertex that is not there.
 pub fn read_obj(path: &Path) -> Result<Mesh> {
     parse(&mut Source::open(path)?)
 }
@@ -71,13 +74,15 @@ struct Reader {
 }
 
 /// What a file needs at least.
-const ENOUGH: &str = "an OBJ file has lines such as `v 0.1 0.2 0.3` and `f 1 2 3`; check that this is the right file";
+const ENOUGH: &str = "an OBJ file has lines such as `v 0.1 0.2 0.3` and `f 1 2 3`; check that \
+                      this is the right file";
 /// How a vertex is written.
 const VERTEX: &str = "write three numbers, as in `v 0.1 0.2 0.3`";
 
 impl Reader {
     fn vertex(&mut self, source: &Source) -> Result<()> {
-        // Three coordinates, then a weight where it is all that follows, or colours, which are passed over.
+        // Three coordinates, then a weight where it is all that follows, or colours, which are
+        // passed over.
         let mut values = [0.0, 0.0, 0.0, 1.0];
         let count = words(source.text()).count() - 1;
         if count < 3 {
@@ -115,7 +120,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Gives the vertex, from 0, that a corner such as `7`, `7/1`, `7//2` or `-1/1/2` names.
+    /// Returns the vertex, from 0, that a corner such as `7`, `7/1`, `7//2` or `-1/1/2` names.
     fn corner(&mut self, source: &Source, word: &[u8]) -> Result<u32> {
         let before = self.parts.positions.len();
         let Some(named) = vertex_of_corner(word) else {
@@ -178,7 +183,7 @@ fn no_number(source: &Source, word: &[u8]) -> Error {
     readable(source, word).err().unwrap_or_else(message)
 }
 
-/// Refuses what is no text.
+/// Rejects what is no text.
 fn readable(source: &Source, word: &[u8]) -> Result<()> {
     std::str::from_utf8(word).map(drop).map_err(|e| {
         let help = "save the file as UTF-8 text; a binary file is not OBJ, whatever its name";

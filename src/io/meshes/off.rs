@@ -1,6 +1,8 @@
-//! The Object File Format as text: OFF and its variants whose vertices carry normals, colours or texture coordinates as well.
+//! The Object File Format as text: OFF and its variants whose vertices carry normals, colours or
+//! texture coordinates as well.
 //!
-//! Vertices and faces stand one a line; what follows the coordinates of a vertex or the corners of a face is passed over.
+//! Vertices and faces stand one a line; what follows the coordinates of a vertex or the corners of
+//! a face is passed over.
 
 use glam::DVec3;
 
@@ -9,7 +11,7 @@ use super::source::{Source, not_finite, number, shown};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 
-/// Tells whether the first word of a file is that of the format, be it a variant that cannot be read.
+/// Whether the first word of a file is that of the format, be it a variant that cannot be read.
 pub(super) fn is_off(head: &[u8]) -> bool {
     let mut lines = head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii);
     let first = lines.find(|l| !l.is_empty() && l[0] != b'#').unwrap_or(b"");
@@ -50,9 +52,11 @@ pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
     parts.finish(source)
 }
 
-/// Reads the keyword, which may be missing, and the numbers of vertices and faces, on its line or the next.
+/// Reads the keyword, which may be missing, and the numbers of vertices and faces, on its line or
+/// the next.
 fn counts(source: &mut Source) -> Result<[u64; 2]> {
-    let help = "an OFF file begins with `OFF` and the numbers of vertices, faces and edges, as in `8 12 18`";
+    let help = "an OFF file begins with `OFF` and the numbers of vertices, faces and edges, as in \
+                `8 12 18`";
     if !source.next_telling_line()? {
         return Err(source.fault("no vertices and no faces", help));
     }
@@ -81,7 +85,7 @@ fn counts(source: &mut Source) -> Result<[u64; 2]> {
     }
 }
 
-/// Refuses counts that the file is too short for, before anything is allocated by them.
+/// Rejects counts that the file is too short for, before anything is allocated by them.
 fn check_length(source: &Source, vertices: u64, faces: u64) -> Result<()> {
     if vertices > super::parts::MOST_VERTICES {
         return Err(source.fault_here(too_many(vertices), "divide the file"));
@@ -90,7 +94,8 @@ fn check_length(source: &Source, vertices: u64, faces: u64) -> Result<()> {
     let needed = vertices.saturating_mul(6).saturating_add(faces.saturating_mul(8));
     if needed > source.left().saturating_add(1) {
         let message = format!(
-            "the header announces {vertices} vertices and {faces} faces, which take {needed} bytes at least, but only {} are left for them",
+            "the header announces {vertices} vertices and {faces} faces, which take {needed} \
+             bytes at least, but only {} are left for them",
             source.left()
         );
         let help = "the file is cut short or its header is wrong; export it again";

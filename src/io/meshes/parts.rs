@@ -33,7 +33,7 @@ impl Fan {
         self.corners += 1;
     }
 
-    /// Gives how many corners it has.
+    /// Returns how many corners it has.
     pub(super) fn corners(&self) -> u64 {
         self.corners
     }
@@ -79,7 +79,7 @@ pub(super) fn too_many(count: u64) -> String {
     format!("{count} vertices, more than the {MOST_VERTICES} that a mesh can have")
 }
 
-/// Refuses a face of fewer than three corners.
+/// Rejects a face of fewer than three corners.
 pub(super) fn thin_face(corners: u64) -> String {
     format!("a face of {corners} {}", if corners == 1 { "vertex" } else { "vertices" })
 }

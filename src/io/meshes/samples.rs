@@ -1,4 +1,5 @@
-//! Points with normals, numbers and colours as a PLY file: a point cloud, or a mesh whose vertices they are.
+//! Points with normals, numbers and colours as a PLY file: a point cloud, or a mesh whose vertices
+//! they are.
 
 use glam::DVec3;
 
@@ -23,10 +24,12 @@ pub struct SurfaceSamples<'a> {
 }
 
 impl SurfaceSamples<'_> {
-    /// Gives the bytes of a PLY file: positions as doubles, normals and values as floats, in little-endian binary.
+    /// Returns the bytes of a PLY file: positions as doubles, normals and values as floats, in
+    /// little-endian binary.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when a list has another length than the positions, a name or the comment is none, or a face names a sample that is not there.
+    /// [`Error::Parameter`] when a list has another length than the positions, a name or the
+    /// comment is none, or a face names a sample that is not there.
     pub fn encode_ply(&self) -> Result<Vec<u8>> {
         self.check()?;
         let floats =

@@ -1,6 +1,8 @@
-//! A mesh file as its reader sees it: a stream of bytes or lines that knows its length and says where a fault is.
+//! A mesh file as its reader sees it: a stream of bytes or lines that knows its length and says
+//! where a fault is.
 //!
-//! Nothing here holds more than a buffer and one line, so that what a reader takes is the mesh it makes.
+//! Nothing here holds more than a buffer and one line, so that what a reader takes is the mesh it
+//! makes.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Cursor, Read};
@@ -27,7 +29,8 @@ pub(super) struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// Opens a file. What is no regular file (a pipe) is read into memory, since its length is not known before.
+    /// Opens a file. What is no regular file (a pipe) is read into memory, since its length is not
+    /// known before.
     pub(super) fn open(path: &'a Path) -> Result<Self> {
         if path.is_dir() {
             let help = "name a file in it";
@@ -56,22 +59,23 @@ impl<'a> Source<'a> {
         Self { path, reader, length, taken: 0, line: 0, text: Vec::new() }
     }
 
-    /// Gives the path of the file.
+    /// Returns the path of the file.
     pub(super) fn path(&self) -> &'a Path {
         self.path
     }
 
-    /// Gives the length of the file, bytes.
+    /// Returns the length of the file, bytes.
     pub(super) fn length(&self) -> u64 {
         self.length
     }
 
-    /// Gives how many bytes are left.
+    /// Returns how many bytes are left.
     pub(super) fn left(&self) -> u64 {
         self.length.saturating_sub(self.taken)
     }
 
-    /// Shows the bytes that come next, at the beginning of a file 64 KiB or all of them, without taking them.
+    /// Shows the bytes that come next, at the beginning of a file 64 KiB or all of them, without
+    /// taking them.
     pub(super) fn ahead(&mut self) -> Result<&[u8]> {
         self.reader.fill_buf().map_err(|e| Error::io(self.path, "read", e))
     }
@@ -146,7 +150,7 @@ impl<'a> Source<'a> {
         &mut self.text
     }
 
-    /// Gives the number of the line read last, from 1.
+    /// Returns the number of the line read last, from 1.
     pub(super) fn line(&self) -> usize {
         self.line
     }
@@ -156,17 +160,17 @@ impl<'a> Source<'a> {
         self.line += more;
     }
 
-    /// Gives the words of the line read last, up to a `#`.
+    /// Returns the words of the line read last, up to a `#`.
     pub(super) fn words(&self) -> impl Iterator<Item = &[u8]> {
         words(&self.text)
     }
 
-    /// Refuses the file as a whole.
+    /// Rejects the file as a whole.
     pub(super) fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
         InputError::new(self.path, message).help(help).into()
     }
 
-    /// Refuses a line.
+    /// Rejects a line.
     pub(super) fn fault_at(
         &self,
         line: usize,
@@ -176,13 +180,13 @@ impl<'a> Source<'a> {
         InputError::new(self.path, message).at(line, None).help(help).into()
     }
 
-    /// Refuses the line read last.
+    /// Rejects the line read last.
     pub(super) fn fault_here(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
         self.fault_at(self.line, message, help)
     }
 }
 
-/// Gives the words of a line, up to a `#`.
+/// Returns the words of a line, up to a `#`.
 pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     let end = line.iter().position(|&b| b == b'#').unwrap_or(line.len());
     line[..end].split(u8::is_ascii_whitespace).filter(|w| !w.is_empty())

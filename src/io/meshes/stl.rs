@@ -1,11 +1,12 @@
 //! Stereolithography, as text and as binary.
 //!
-//! The format has no shared vertices: every facet brings its own three corners. Corners that are equal to the last bit are
-//! therefore one vertex here, which is part of reading the format; nothing else is joined or mended. The facets' own normals are
-//! passed over: the order of the corners says what is outside.
+//! The format has no shared vertices: every facet brings its own three corners. Corners that are
+//! equal to the last bit are therefore one vertex here, which is part of reading the format;
+//! nothing else is joined or mended. The facets' own normals are passed over: the order of the
+//! corners says what is outside.
 //!
-//! A file is binary when it is as long as the count after its header of 80 bytes says, whatever the header holds: many programs
-//! begin it with `solid`.
+//! A file is binary when it is as long as the count after its header of 80 bytes says, whatever the
+//! header holds: many programs begin it with `solid`.
 
 use glam::DVec3;
 
@@ -19,19 +20,19 @@ use crate::{Error, Result};
 const HEADER: u64 = 84;
 const FACET: u64 = 50;
 
-/// Tells whether a file of this length that begins so is a binary STL file.
+/// Whether a file of this length that begins so is a binary STL file.
 pub(super) fn is_binary(head: &[u8], length: u64) -> bool {
     announced(head).is_some_and(|count| length == HEADER + FACET * u64::from(count))
 }
 
-/// Tells whether a file begins as the text form does.
+/// Whether a file begins as the text form does.
 pub(super) fn is_text(head: &[u8]) -> bool {
     let head = head.trim_ascii_start();
     let keyword = head.get(..5).is_some_and(|k| k.eq_ignore_ascii_case(b"solid"));
     keyword && head.get(5).is_none_or(u8::is_ascii_whitespace)
 }
 
-/// Gives the number of facets that the header of a binary file announces.
+/// Returns the number of facets that the header of a binary file announces.
 fn announced(head: &[u8]) -> Option<u32> {
     number_at(head, 80)
 }
@@ -123,7 +124,8 @@ fn parse_text(source: &mut Source) -> Result<Mesh> {
     parts.finish(source)
 }
 
-const STATEMENTS: &str = "a facet is `facet normal 0 0 1`, `outer loop`, three of `vertex 0.1 0.2 0.3`, `endloop`, `endfacet`";
+const STATEMENTS: &str = "a facet is `facet normal 0 0 1`, `outer loop`, three of `vertex 0.1 0.2 \
+                          0.3`, `endloop`, `endfacet`";
 
 /// The facet that is being read.
 #[derive(Default)]

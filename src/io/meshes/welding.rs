@@ -1,4 +1,5 @@
-//! Joins the corners of formats that have no shared vertices: those equal to the last bit become one vertex.
+//! Joins the corners of formats that have no shared vertices: those equal to the last bit become
+//! one vertex.
 
 use std::hash::{BuildHasher, RandomState};
 
@@ -9,8 +10,9 @@ use super::parts::Parts;
 use super::source::Source;
 use crate::Result;
 
-/// Finds vertices by their coordinates. It holds their numbers only, 5 bytes each; the hash is seeded by chance, so that no file
-/// can be made to slow it down, and the result does not depend on it.
+/// Finds vertices by their coordinates. It holds their numbers only, 5 bytes each; the hash is
+/// seeded by chance, so that no file can be made to slow it down, and the result does not depend on
+/// it.
 #[derive(Default)]
 pub(super) struct Welding {
     numbers: HashTable<u32>,
@@ -18,7 +20,7 @@ pub(super) struct Welding {
 }
 
 impl Welding {
-    /// Gives the number of the vertex at a finite position, a new one where there is none.
+    /// Returns the number of the vertex at a finite position, a new one where there is none.
     pub(super) fn vertex(
         &mut self,
         source: &Source,

@@ -11,8 +11,10 @@ use crate::{Error, Result};
 /// How often a file may be replaced in the moment between opening and locking it; once is rare.
 const ATTEMPTS: usize = 8;
 
-/// Keeps an output to this run, which may write it as often as it wants: no other process gets a claim until this one is dropped or the run ends, however
-/// it ends. Until the first write what stood there before stands there, or an empty file, which vanishes with the claim; a killed run leaves it.
+/// Keeps an output to this run, which may write it as often as it wants: no other process gets a
+/// claim until this one is dropped or the run ends, however it ends. Until the first write what
+/// stood there before stands there, or an empty file, which vanishes with the claim; a killed run
+/// leaves it.
 ///
 /// Where a file system knows no locks, nothing is kept from anybody.
 #[derive(Debug)]
@@ -26,7 +28,8 @@ impl Output {
     /// Takes the file for this run alone.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when another run has it; [`Error::Io`] when the system refuses to make or open it.
+    /// [`Error::Parameter`] when another run has it; [`Error::Io`] when the system refuses to make
+    /// or open it.
     pub fn claim(self) -> Result<Claim> {
         match self.locked(true)? {
             Some(file) => Ok(Claim { output: self, file }),
@@ -34,7 +37,7 @@ impl Output {
         }
     }
 
-    /// Refuses a file that another run has claimed.
+    /// Rejects a file that another run has claimed.
     ///
     /// # Errors
     /// As [`Output::claim`].
@@ -62,14 +65,15 @@ impl Output {
 
     fn taken(&self) -> Error {
         Error::Parameter(format!(
-            "{}: another run is under way that writes this file: wait until it ends, or choose another name",
+            "{}: another run is under way that writes this file: wait until it ends, or choose \
+             another name",
             self.path.display()
         ))
     }
 }
 
 impl Claim {
-    /// Gives the path as it was given.
+    /// Returns the path as it was given.
     pub fn path(&self) -> &Path {
         self.output.path()
     }

@@ -1,9 +1,10 @@
 //! Kinds of files, and how one that this program wrote is known.
 //!
-//! A file is ours when it begins as its [`Kind`] begins and names this program within its first KiB: the `Software` text of a PNG,
-//! the `software` attribute of an EXR or JSON file, the first comment of a coefficient text. A CSV table has no room for a name
-//! that other programs would not stumble over: there the very header row that is to be written is the mark. A bare array of numbers
-//! has room for nothing: there every file counts as foreign.
+//! A file is ours when it begins as its [`Kind`] begins and names this program within its first
+//! KiB: the `Software` text of a PNG, the `software` attribute of an EXR or JSON file, the first
+//! comment of a coefficient text. A CSV table has no room for a name that other programs would not
+//! stumble over: there the very header row that is to be written is the mark. A bare array of
+//! numbers has room for nothing: there every file counts as foreign.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -48,8 +49,9 @@ impl Kind {
     /// A table or report as JSON.
     pub const JSON: Self = Self::new("a JSON file", &["json"], b"{");
 
-    /// Describes files that begin with the bytes `start` and hold "harmolux VERSION" within their first KiB; `name` is a noun with its
-    /// article ("a PNG image"), `extensions` are lower-case without dot, the usual one first.
+    /// Describes files that begin with the bytes `start` and hold "harmolux VERSION" within their
+    /// first KiB; `name` is a noun with its article ("a PNG image"), `extensions` are lower-case
+    /// without dot, the usual one first.
     pub const fn new(
         name: &'static str,
         extensions: &'static [&'static str],
@@ -58,7 +60,8 @@ impl Kind {
         Self { name, extensions, start: Cow::Borrowed(start), mark: Mark::Name }
     }
 
-    /// Describes files that have no room for the name of a program: what stands there is never taken for ours.
+    /// Describes files that have no room for the name of a program: what stands there is never
+    /// taken for ours.
     pub const fn unmarked(name: &'static str, extensions: &'static [&'static str]) -> Self {
         Self { name, extensions, start: Cow::Borrowed(&[]), mark: Mark::Nothing }
     }
@@ -82,7 +85,7 @@ impl Kind {
         }
     }
 
-    /// Tells whether a file with these first bytes was written by this program.
+    /// Whether a file with these first bytes was written by this program.
     pub(super) fn owns(&self, head: &[u8]) -> bool {
         let mark = MARK.as_bytes();
         let named = |w: &[u8]| w.starts_with(mark) && w.last().is_some_and(u8::is_ascii_digit);

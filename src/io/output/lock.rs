@@ -28,7 +28,7 @@ impl Lock {
     }
 }
 
-/// Tells whether this very file still stands at `path`.
+/// Whether this very file still stands at `path`.
 #[cfg(unix)]
 pub(super) fn stands(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -36,7 +36,7 @@ pub(super) fn stands(file: &File, path: &Path) -> bool {
     pair.is_ok_and(|(a, b)| (a.dev(), a.ino()) == (b.dev(), b.ino()))
 }
 
-/// Tells whether a file stands at `path`: whether it is this one the standard library cannot say here.
+/// Whether a file stands at `path`: whether it is this one the standard library cannot say here.
 #[cfg(not(unix))]
 pub(super) fn stands(_file: &File, path: &Path) -> bool {
     fs::metadata(path).is_ok()

@@ -1,6 +1,8 @@
-//! Writing files safely: checked before the long run, written whole at its end, replacing only what is ours.
+//! Writing files safely: checked before the long run, written whole at its end, replacing only what
+//! is ours.
 //!
-//! What is being written is locked by its process, as is what a run has claimed; the lock ends with the process, however that ends.
+//! What is being written is locked by its process, as is what a run has claimed; the lock ends with
+//! the process, however that ends.
 
 mod claim;
 mod kind;
@@ -30,8 +32,9 @@ impl<T: Read + Write + Seek> ReadWriteSeek for T {}
 
 /// Promises that a file can be written, and writes it whole.
 ///
-/// Opening leaves nothing behind and changes nothing: an output that is dropped unused, or a run that ends early, leaves the old
-/// file as it was. Only what a killed run left of this very output, `NAME.unfinished.EXT`, is removed.
+/// Opening leaves nothing behind and changes nothing: an output that is dropped unused, or a run
+/// that ends early, leaves the old file as it was. Only what a killed run left of this very output,
+/// `NAME.unfinished.EXT`, is removed.
 ///
 /// ```
 /// use harmolux::io::output::{Kind, Output};
@@ -53,11 +56,13 @@ pub struct Output {
 }
 
 impl Output {
-    /// Checks that `path` can be written as this kind of file: the extension fits, the folder exists and takes files, and what
-    /// stands there now is nothing, empty, or written by this program; `force` lets a foreign file be replaced.
+    /// Checks that `path` can be written as this kind of file: the extension fits, the folder
+    /// exists and takes files, and what stands there now is nothing, empty, or written by this
+    /// program; `force` lets a foreign file be replaced.
     ///
     /// # Errors
-    /// [`Error::Parameter`] with what to do instead; [`Error::Io`] when the system refuses to write in the folder.
+    /// [`Error::Parameter`] with what to do instead; [`Error::Io`] when the system refuses to write
+    /// in the folder.
     pub fn open(path: &Path, kind: &Kind, force: bool) -> Result<Self> {
         if !kind.fits(path) {
             return Err(Error::Parameter(format!(
@@ -75,16 +80,18 @@ impl Output {
         Ok(output)
     }
 
-    /// Gives the path as it was given.
+    /// Returns the path as it was given.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes the file whole, through a temporary one beside it, so that no reader ever sees half of it.
+    /// Writes the file whole, through a temporary one beside it, so that no reader ever sees half
+    /// of it.
     ///
     /// # Errors
-    /// [`Error::Io`] when the system refuses, or when a foreign file has come to stand there since [`Output::open`]; the bytes are
-    /// then kept under the name that the message says, if they could be written at all. The old file is as it was.
+    /// [`Error::Io`] when the system refuses, or when a foreign file has come to stand there since
+    /// [`Output::open`]; the bytes are then kept under the name that the message says, if they
+    /// could be written at all. The old file is as it was.
     pub fn write(self, bytes: &[u8]) -> Result<()> {
         self.write_with(&mut |file| file.write_all(bytes))
     }
@@ -128,7 +135,8 @@ impl Output {
                 folder.display()
             )));
         }
-        // Only trying tells: permission bits know nothing of full disks, read-only mounts and access lists.
+        // Only trying tells: permission bits know nothing of full disks, read-only mounts and
+        // access lists.
         self.temporary().map(drop).map_err(|e| {
             let advice = format!("{e}; name a file in a folder that takes files");
             Error::io(&self.path, "write", io::Error::new(e.kind(), advice))

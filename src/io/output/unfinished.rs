@@ -1,5 +1,5 @@
-//! Files under way: `NAME.unfinished.EXT` beside `NAME.EXT`, locked by the process that writes it. One that nobody has locked is what a killed run left: the
-//! next that writes NAME takes its place.
+//! Files under way: `NAME.unfinished.EXT` beside `NAME.EXT`, locked by the process that writes it.
+//! One that nobody has locked is what a killed run left: the next that writes NAME takes its place.
 
 use std::fmt::Display;
 use std::fs::{self, OpenOptions};
@@ -12,7 +12,8 @@ use super::Output;
 use super::lock::Lock;
 use crate::Error;
 
-/// How often a new file may be taken for a leftover in the moment before it is locked; once is rare.
+/// How often a new file may be taken for a leftover in the moment before it is locked; once is
+/// rare.
 const ATTEMPTS: usize = 8;
 
 /// The most results that are kept of one output.
@@ -49,7 +50,7 @@ impl Output {
         Error::io(&self.path, "write", io::Error::other(outcome))
     }
 
-    /// Gives a temporary file the first free name of those for results that are kept.
+    /// Returns a temporary file the first free name of those for results that are kept.
     fn kept(&self, mut temporary: NamedTempFile) -> io::Result<PathBuf> {
         for number in 1..MOST_KEPT {
             let path = self.beside(&format!("kept-{number}"));
@@ -66,7 +67,8 @@ impl Output {
         let [prefix, suffix] = self.around(word);
         let mut builder = Builder::new();
         builder.prefix(&prefix).suffix(&suffix).rand_bytes(random);
-        // Temporary files are private by default; results are as public as the user's mask lets any new file be.
+        // Temporary files are private by default; results are as public as the user's mask lets any
+        // new file be.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         builder.tempfile_in(self.folder())
@@ -76,7 +78,7 @@ impl Output {
         self.folder().join(self.around(word).concat())
     }
 
-    /// Gives what comes before and after the random part of a name beside the target's.
+    /// Returns what comes before and after the random part of a name beside the target's.
     fn around(&self, word: &str) -> [String; 2] {
         let name = self.target.file_stem().unwrap_or_default().to_string_lossy();
         let extension = self.kind.extensions.first().unwrap_or(&"");

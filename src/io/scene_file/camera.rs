@@ -40,7 +40,8 @@ pub struct PerspectiveSpec {
     /// Columns and rows of pixels.
     #[serde(deserialize_with = "columns_rows")]
     pub resolution: [u32; 2],
-    /// What is up in the picture, of length 1, not along the view; when left out z, or y where the view is along z.
+    /// What is up in the picture, of length 1, not along the view; when left out z, or y where the
+    /// view is along z.
     #[serde(default, deserialize_with = "direction_if")]
     pub up: Option<DVec3>,
 }
@@ -70,7 +71,7 @@ pub struct OrthographicSpec {
 }
 
 impl OrthographicSpec {
-    /// Gives the height of the film, metres; pixels are square.
+    /// Returns the height of the film, metres; pixels are square.
     pub fn film_height(&self) -> f64 {
         let [columns, rows] = self.resolution.map(f64::from);
         let of_width = self.width.map(|width| width * rows / columns);
@@ -88,7 +89,8 @@ pub struct FisheyeSpec {
     /// The point in the middle of the picture, metres; not the eye.
     #[serde(deserialize_with = "point")]
     pub to: DVec3,
-    /// The whole opening, degrees, above 0 and at most 360 (orthographic 180, stereographic less than 360).
+    /// The whole opening, degrees, above 0 and at most 360 (orthographic 180, stereographic less
+    /// than 360).
     #[serde(default = "half_of_all", deserialize_with = "number::<Turn, _>")]
     pub fov: f64,
     /// How angles become distances.
@@ -109,7 +111,8 @@ pub struct PanoramaSpec {
     /// The eye, metres.
     #[serde(deserialize_with = "point")]
     pub from: DVec3,
-    /// A point above, in or below the middle of the picture, metres; when left out it is in the direction of x, or of y if that is up.
+    /// A point above, in or below the middle of the picture, metres; when left out it is in the
+    /// direction of x, or of y if that is up.
     #[serde(default, deserialize_with = "point_if")]
     pub to: Option<DVec3>,
     /// Columns and rows of pixels.
@@ -121,12 +124,12 @@ pub struct PanoramaSpec {
 }
 
 impl PanoramaSpec {
-    /// Gives the upper pole.
+    /// Returns the upper pole.
     pub fn pole(&self) -> DVec3 {
         self.up.unwrap_or(DVec3::Z)
     }
 
-    /// Gives a point above, in or below the middle of the picture.
+    /// Returns a point above, in or below the middle of the picture.
     pub fn towards(&self) -> DVec3 {
         let along = if self.pole().x.abs() > 0.9 { DVec3::Y } else { DVec3::X };
         self.to.unwrap_or(self.from + along)
@@ -138,7 +141,7 @@ fn half_of_all() -> f64 {
 }
 
 impl CameraSpec {
-    /// Gives the eye, metres; with parallel rays the middle of the film.
+    /// Returns the eye, metres; with parallel rays the middle of the film.
     pub const fn from(&self) -> DVec3 {
         match self {
             Self::Perspective(spec) => spec.from,
@@ -148,7 +151,7 @@ impl CameraSpec {
         }
     }
 
-    /// Gives the number of columns and rows.
+    /// Returns the number of columns and rows.
     pub const fn resolution(&self) -> [u32; 2] {
         match self {
             Self::Perspective(spec) => spec.resolution,
@@ -158,7 +161,7 @@ impl CameraSpec {
         }
     }
 
-    /// Gives the name of its type in a scene file.
+    /// Returns the name of its type in a scene file.
     pub const fn type_name(&self) -> &'static str {
         match self {
             Self::Perspective(_) => "perspective",
@@ -187,7 +190,8 @@ impl CameraSpec {
     }
 }
 
-/// The smallest sine between `up` and the view from which a picture's axes are still good to eight digits.
+/// The smallest sine between `up` and the view from which a picture's axes are still good to eight
+/// digits.
 const SMALLEST_SINE: f64 = 1e-8;
 
 fn check_view(from: DVec3, to: DVec3, up: Option<DVec3>, entry: &Entry) -> Result<()> {
@@ -236,7 +240,7 @@ fn check_opening(spec: &FisheyeSpec, entry: &Entry) -> Result<()> {
     Err(entry.error("fov", message, "write a smaller one, or `mapping = \"equidistant\"`"))
 }
 
-/// Refuses a view that a panorama has nowhere in its middle.
+/// Rejects a view that a panorama has nowhere in its middle.
 fn check_pole(spec: &PanoramaSpec, entry: &Entry) -> Result<()> {
     let view = (spec.towards() - spec.from).normalize_or_zero();
     if spec.pole().cross(view).length() >= SMALLEST_SINE {

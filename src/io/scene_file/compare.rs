@@ -55,7 +55,7 @@ impl ExactProblem {
         Self::Direct,
     ];
 
-    /// Gives the word that names the problem in a scene file.
+    /// Returns the word that names the problem in a scene file.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Sobolev => "sobolev",

@@ -1,6 +1,8 @@
-//! Turns what TOML and serde report into errors that name the key, its table, and what to write instead.
+//! Turns what TOML and serde report into errors that name the key, its table, and what to write
+//! instead.
 //!
-//! Where the fault lies follows from the span alone; the wording of serde is read only for what was expected, and tests pin it.
+//! Where the fault lies follows from the span alone; the wording of serde is read only for what was
+//! expected, and tests pin it.
 
 use std::ops::Range;
 
@@ -19,7 +21,8 @@ pub(super) fn syntax(error: &toml::de::Error, source: &Source) -> Error {
         "string values must be quoted, expected literal string" => unquoted(source.written(&span)),
         other => (
             format!("not valid TOML: {other}"),
-            "a scene is made of headers such as [lights.lamp.point] and lines such as `intensity = 100`; words need quotes",
+            "a scene is made of headers such as [lights.lamp.point] and lines such as `intensity \
+             = 100`; words need quotes",
         ),
     };
     source.error_at(&span, message, Some(help.to_owned()))
@@ -73,7 +76,8 @@ impl<'a> Fault<'a> {
         Self { path: source.keyed(path), on_key: place.key.as_ref() == Some(span) }
     }
 
-    /// Gives what the path is about: the kind it starts with, a line of sensors, or the table of details that its last key is in.
+    /// Returns what the path is about: the kind it starts with, a line of sensors, or the table of
+    /// details that its last key is in.
     fn kind(&self) -> &str {
         match self.path {
             [kind, table, _] if kind == "render" && table == "detail" => table,

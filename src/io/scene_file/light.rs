@@ -44,7 +44,7 @@ pub enum DistributionSpec {
 }
 
 impl LightSpec {
-    /// Gives the name of its type in a scene file.
+    /// Returns the name of its type in a scene file.
     pub const fn type_name(&self) -> &'static str {
         match self.distribution {
             DistributionSpec::Isotropic => "point",
@@ -154,7 +154,8 @@ impl WrittenSpot {
         let Self { at, direction, inner, outer, intensity, flux, colour } = self;
         if outer <= 0.0 || inner > outer {
             let message = format!(
-                "the cone of {} is empty or inside out: `inner` is {inner}, `outer` is {outer} degrees",
+                "the cone of {} is empty or inside out: `inner` is {inner}, `outer` is {outer} \
+                 degrees",
                 entry.header()
             );
             let help = "write half angles from the axis, `inner` at most `outer`, `outer` above 0";

@@ -36,7 +36,7 @@ impl MaterialSpec {
         }
     }
 
-    /// Gives the word for this type in a scene file.
+    /// Returns the word for this type in a scene file.
     pub(super) fn type_name(&self) -> &'static str {
         match self {
             Self::Lambert(_) => "lambert",
@@ -75,11 +75,13 @@ pub struct MetalSpec {
     pub exitance: Rgb,
 }
 
-/// Describes a diffuse base under a clear coat, such as varnish, glaze or linoleum, that may also emit.
+/// Describes a diffuse base under a clear coat, such as varnish, glaze or linoleum, that may also
+/// emit.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CoatedSpec {
-    /// The part of what enters through the coat that the base sends out again, from 0 to below 1 in each component.
+    /// The part of what enters through the coat that the base sends out again, from 0 to below 1 in
+    /// each component.
     #[serde(deserialize_with = "spectrum::<Albedo, _>")]
     pub reflectance: Rgb,
     /// How rough the coat is, from 0.01 (nearly a mirror) to 1; the GGX width is its square.
@@ -109,7 +111,8 @@ pub struct MirrorSpec {
     pub exitance: Rgb,
 }
 
-/// Describes a mixture of other materials, finer than the eye sees: it reflects and emits the weighted sum of theirs.
+/// Describes a mixture of other materials, finer than the eye sees: it reflects and emits the
+/// weighted sum of theirs.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MixtureSpec {
@@ -125,7 +128,8 @@ const ROUNDING: f64 = 1e-3;
 const LIKE: &str = "write them like `of = { silver = 0.85, dust = 0.15 }`";
 
 impl MixtureSpec {
-    /// Checks that there are several shares, and that they are those of a whole; what is left of rounding is divided among them.
+    /// Checks that there are several shares, and that they are those of a whole; what is left of
+    /// rounding is divided among them.
     fn check(&self, entry: &Entry) -> Result<()> {
         let few = "a mixture needs two materials or more, found";
         match (self.of.first_key_value(), self.of.len()) {
@@ -147,7 +151,7 @@ impl MixtureSpec {
         Err(entry.error("of", message, &help))
     }
 
-    /// Gives the names with shares that add up to 1.
+    /// Returns the names with shares that add up to 1.
     pub fn shares(&self) -> impl Iterator<Item = (&str, f64)> {
         let sum: f64 = self.of.values().sum();
         self.of.iter().map(move |(name, share)| (name.as_str(), share / sum))

@@ -24,7 +24,8 @@ pub(super) enum MeasureName {
 const SQUARE: f64 = 1e-6;
 
 impl MeasureName {
-    /// Takes the name and where half a cylinder faces together; `axis` is the normal of the sensors, where it is known.
+    /// Takes the name and where half a cylinder faces together; `axis` is the normal of the
+    /// sensors, where it is known.
     pub(super) fn with(
         self,
         facing: Option<DVec3>,

@@ -1,8 +1,9 @@
 //! The scene format (TOML, design section 6): text in, a plain and fully checked description out.
 //!
-//! Every thing is `[kind.NAME.type]`, so a path is also the key of an override. Reading goes: TOML -> tree with spans -> overrides put into the
-//! tree -> types checked -> serde -> checks between keys and between things. Turning the description into objects is left to the
-//! room that loads scenes; through [`Source::error`] it too can point at a key.
+//! Every thing is `[kind.NAME.type]`, so a path is also the key of an override. Reading goes: TOML
+//! -> tree with spans -> overrides put into the tree -> types checked -> serde -> checks between
+//! keys and between things. Turning the description into objects is left to the room that loads
+//! scenes; through [`Source::error`] it too can point at a key.
 
 mod camera;
 mod compare;
@@ -54,7 +55,8 @@ use light::WrittenLight;
 use sensor::WrittenSensor;
 use source::Entry;
 
-/// Describes a scene: every value is in its range and every name that is referred to exists. Things are sorted by name.
+/// Describes a scene: every value is in its range and every name that is referred to exists. Things
+/// are sorted by name.
 #[derive(Debug, Clone)]
 pub struct SceneFile {
     /// How surfaces reflect and emit.
@@ -92,10 +94,12 @@ impl SceneFile {
         }
     }
 
-    /// Parses the text of a scene file that stands (or would stand) at `path`, to whose folder its file paths are relative.
+    /// Parses the text of a scene file that stands (or would stand) at `path`, to whose folder its
+    /// file paths are relative.
     ///
-    /// An override replaces or adds the value at a key path such as `lights.lamp.point.intensity`; a value that is not TOML is a string
-    /// without quotes. A whole new thing takes one override: `lights.spare.point={ at = [1, 1, 1], flux = 500 }`.
+    /// An override replaces or adds the value at a key path such as `lights.lamp.point.intensity`;
+    /// a value that is not TOML is a string without quotes. A whole new thing takes one override:
+    /// `lights.spare.point={ at = [1, 1, 1], flux = 500 }`.
     ///
     /// ```
     /// use harmolux::io::scene_file::SceneFile;
@@ -108,8 +112,9 @@ impl SceneFile {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Input`] with line and column when the text is not a valid scene; [`Error::Parameter`] that names `-D key` when an override
-    /// is malformed or what it says is not valid.
+    /// [`Error::Input`] with line and column when the text is not a valid scene;
+    /// [`Error::Parameter`] that names `-D key` when an override is malformed or what it says is
+    /// not valid.
     pub fn parse(path: &Path, text: &str, overrides: &[(&str, &str)]) -> Result<Self> {
         let overrides = overrides::parse_all(overrides, text.len())?;
         let mut source = Source::new(path, text, &overrides);
@@ -125,7 +130,7 @@ impl SceneFile {
         document.map_err(|error| diagnostics::structure(&error, &source))?.check(source)
     }
 
-    /// Gives the camera of `[render]`, or the only one.
+    /// Returns the camera of `[render]`, or the only one.
     ///
     /// # Errors
     /// [`Error::Input`] when there is none, or several and `[render]` names none.
@@ -160,13 +165,14 @@ fn not_utf8(path: &Path, error: &std::string::FromUtf8Error) -> Error {
         .into()
 }
 
-/// Refuses another format before anything else: all that follows may mean something else there.
+/// Rejects another format before anything else: all that follows may mean something else there.
 fn check_format(root: &DeTable, source: &Source) -> Result<()> {
     let Some(value) = root.get("format") else { return Ok(()) };
     match f64::deserialize(ValueDeserializer::from(value.clone())) {
         Ok(number) if number != 1.0 => {
             let message = format!("format {number} is not known");
-            let help = "this version reads format 1; write `format = 1`, or use the version the scene was made for";
+            let help = "this version reads format 1; write `format = 1`, or use the version the \
+                        scene was made for";
             Err(source.error_at(&value.span(), message, Some(help.to_owned())))
         }
         _ => Ok(()),

@@ -39,7 +39,7 @@ pub enum ObjectSpec {
 }
 
 impl ObjectSpec {
-    /// Gives the word of the type: "box", "sh".
+    /// Returns the word of the type: "box", "sh".
     pub const fn type_name(&self) -> &'static str {
         match self {
             Self::Box(_) => "box",
@@ -52,7 +52,7 @@ impl ObjectSpec {
         }
     }
 
-    /// Gives the name of the material; of a box, the one its faces have unless told otherwise.
+    /// Returns the name of the material; of a box, the one its faces have unless told otherwise.
     pub fn material(&self) -> &str {
         match self {
             Self::Box(spec) => &spec.material,
@@ -104,7 +104,7 @@ pub struct BoxSpec {
 }
 
 impl BoxSpec {
-    /// Gives the material of a face.
+    /// Returns the material of a face.
     pub fn face_material(&self, face: BoxFace) -> &str {
         self.faces.get(&face).unwrap_or(&self.material)
     }
@@ -146,12 +146,12 @@ impl BoxFace {
     pub const ALL: [Self; 6] =
         [Self::XMin, Self::XMax, Self::YMin, Self::YMax, Self::ZMin, Self::ZMax];
 
-    /// Gives the word that names the face in a scene file.
+    /// Returns the word that names the face in a scene file.
     pub const fn name(self) -> &'static str {
         ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"][self as usize]
     }
 
-    /// Gives the axis along which the face lies outermost: 0, 1, 2 for x, y, z.
+    /// Returns the axis along which the face lies outermost: 0, 1, 2 for x, y, z.
     pub const fn axis(self) -> usize {
         self as usize / 2
     }
@@ -175,7 +175,8 @@ pub struct RectangleSpec {
 }
 
 impl RectangleSpec {
-    /// The largest cosine between edges that still counts as a right angle: the rounding of coordinates written with ten digits.
+    /// The largest cosine between edges that still counts as a right angle: the rounding of
+    /// coordinates written with ten digits.
     const RIGHT_ANGLE: f64 = 1e-9;
 
     fn check(&self, entry: &Entry) -> Result<()> {
@@ -299,7 +300,7 @@ pub struct MeshSpec {
 }
 
 impl MeshSpec {
-    /// Gives how the mesh is put into the room.
+    /// Returns how the mesh is put into the room.
     pub const fn placement(&self) -> PlacementSpec {
         let Self { at, scale, rotate, unit, up, .. } = *self;
         PlacementSpec { at, scale, rotate, unit, up }
@@ -336,10 +337,12 @@ pub struct ShSpec {
     /// How rays are met.
     #[serde(default, deserialize_with = "intersector")]
     pub intersector: Intersector,
-    /// The step of [`Intersector::StepBisection`], in units of the largest radius, above 0; only there.
+    /// The step of [`Intersector::StepBisection`], in units of the largest radius, above 0; only
+    /// there.
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
     pub step: Option<f64>,
-    /// The tolerance of [`Intersector::StepBisection`], in units of the largest radius, between 0 and 1; only there.
+    /// The tolerance of [`Intersector::StepBisection`], in units of the largest radius, between 0
+    /// and 1; only there.
     #[serde(default, deserialize_with = "number_if::<Part, _>")]
     pub tolerance: Option<f64>,
     /// How far a picture may simplify the shape, instead of what `[render]` says.
@@ -350,7 +353,7 @@ pub struct ShSpec {
 }
 
 impl ShSpec {
-    /// Gives how the shape is put into the room.
+    /// Returns how the shape is put into the room.
     pub const fn placement(&self) -> PlacementSpec {
         let Self { at, scale, rotate, unit, up, .. } = *self;
         PlacementSpec { at, scale, rotate, unit, up }

@@ -1,4 +1,5 @@
-//! Overrides from the command line, `-D lights.lamp.point.intensity=250`: split, parse, put into the tree of the scene.
+//! Overrides from the command line, `-D lights.lamp.point.intensity=250`: split, parse, put into
+//! the tree of the scene.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -45,7 +46,8 @@ pub fn split_override(text: &str) -> Result<(&str, &str)> {
 
 fn malformed(text: &str, why: &str) -> Error {
     Error::Parameter(format!(
-        "-D {text}: {why}\n  help: write KEY=VALUE, as in lights.lamp.point.intensity=250; quote names that hold dots or spaces"
+        "-D {text}: {why}\n  help: write KEY=VALUE, as in lights.lamp.point.intensity=250; quote \
+         names that hold dots or spaces"
     ))
 }
 
@@ -99,7 +101,8 @@ impl<'i> Override<'i> {
         Ok(())
     }
 
-    /// Refuses a key of a thing the scene does not have: one key alone never makes a thing, so its name must be misspelt.
+    /// Rejects a key of a thing the scene does not have: one key alone never makes a thing, so its
+    /// name must be misspelt.
     fn check_name(&self, root: &DeTable, kinds: &[&str]) -> Result<()> {
         let [kind, name, _, _, ..] = self.parts.as_slice() else { return Ok(()) };
         if !kinds.contains(&kind.get_ref().as_ref()) {
@@ -128,7 +131,8 @@ fn parse_key(key: &str, start: usize) -> Result<Vec<Spanned<Cow<'static, str>>>>
         let span = part.span();
         let span = start + span.start..start + span.end;
         parts.push(Spanned::new(span, Cow::Owned(part.into_inner().into_owned())));
-        // The value must be the 0 put there: a key with a comment or a line break of its own would smuggle in another.
+        // The value must be the 0 put there: a key with a comment or a line break of its own would
+        // smuggle in another.
         let is_ours = value.span().start == key.len() + 3;
         match value.into_inner() {
             DeValue::Table(inner) => table = inner,

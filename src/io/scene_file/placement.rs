@@ -10,7 +10,8 @@ use crate::mesh::UpAxis;
 use super::values::{Any, Inline, number};
 use super::vectors::direction;
 
-/// Says how a shape is put into the room: unit and up axis first, then scale and rotation, then position.
+/// Says how a shape is put into the room: unit and up axis first, then scale and rotation, then
+/// position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlacementSpec {
     /// Where the file's own origin goes, metres.
@@ -26,7 +27,8 @@ pub struct PlacementSpec {
 }
 
 impl PlacementSpec {
-    /// Gives the placement that carries the point `origin` of the file, and all about it, into the room.
+    /// Returns the placement that carries the point `origin` of the file, and all about it, into
+    /// the room.
     ///
     /// # Errors
     /// [`crate::Error::Parameter`] when the numbers leave what a placement can hold.
@@ -64,7 +66,7 @@ impl Default for Rotation {
 }
 
 impl Rotation {
-    /// Gives the rotation.
+    /// Returns the rotation.
     pub fn quaternion(&self) -> DQuat {
         DQuat::from_axis_angle(self.axis, self.degrees.to_radians())
     }
@@ -84,7 +86,8 @@ mod tests {
             unit: Unit::Millimetre,
             up: UpAxis::Y,
         };
-        // (0, 0, 1) of a y-up file is -y here, and a quarter turn later +x; sine and cosine of 90 degrees round to 1e-16.
+        // (0, 0, 1) of a y-up file is -y here, and a quarter turn later +x; sine and cosine of 90
+        // degrees round to 1e-16.
         let found = spec.about(DVec3::ZERO).expect("valid").apply(DVec3::Z);
         assert!((found - DVec3::new(1.002, 0.0, 0.0)).length() <= 1e-15);
         // About another origin the same point of the file goes to the same place.

@@ -8,7 +8,8 @@ use super::source::Source;
 use super::suggest::suggest;
 use crate::Result;
 
-/// Checks that `name`, written at `key`, is one of the things; `what` is their singular, of which the first word gets the plural.
+/// Checks that `name`, written at `key`, is one of the things; `what` is their singular, of which
+/// the first word gets the plural.
 pub(super) fn check<T>(
     name: &str,
     things: &BTreeMap<String, T>,

@@ -262,7 +262,7 @@ impl WrittenLine {
     }
 }
 
-/// Refuses `spacing` and `count` together.
+/// Rejects `spacing` and `count` together.
 fn both(entry: &Entry) -> Error {
     let message = format!("both `spacing` and `count` in {}", entry.header());
     entry.error(entry.culprit("spacing", "count"), message, "keep one of them")
@@ -357,7 +357,7 @@ fn no_place(name: &str, object: &ObjectSpec, entry: &Entry) -> Error {
     entry.error("on", message, &help)
 }
 
-/// Gives the line along which the normals of a grid are, where the description alone tells.
+/// Returns the line along which the normals of a grid are, where the description alone tells.
 fn axis(place: &GridPlace, objects: &BTreeMap<String, ObjectSpec>) -> Option<DVec3> {
     match place {
         GridPlace::Height(_) => Some(DVec3::Z),
@@ -369,7 +369,7 @@ fn axis(place: &GridPlace, objects: &BTreeMap<String, ObjectSpec>) -> Option<DVe
     }
 }
 
-/// Refuses a border that leaves nothing.
+/// Rejects a border that leaves nothing.
 fn check_border(
     place: &GridPlace,
     border: f64,
@@ -384,7 +384,7 @@ fn check_border(
     Err(entry.error("border", message, &format!("write less than {}", 0.5 * width)))
 }
 
-/// Gives the shorter side of the surface a grid lies on, where the description alone tells.
+/// Returns the shorter side of the surface a grid lies on, where the description alone tells.
 fn narrow_side(place: &GridPlace, objects: &BTreeMap<String, ObjectSpec>) -> Option<f64> {
     match place {
         GridPlace::Height(_) => None,

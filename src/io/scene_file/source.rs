@@ -1,6 +1,8 @@
-//! The text a scene was read from and where each key stands in it, so that any room can point at a key long after parsing.
+//! The text a scene was read from and where each key stands in it, so that any room can point at a
+//! key long after parsing.
 //!
-//! Overrides live in the same space of offsets, behind the end of the text: one span type serves both.
+//! Overrides live in the same space of offsets, behind the end of the text: one span type serves
+//! both.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -31,7 +33,7 @@ struct Behind {
     value_start: usize,
 }
 
-/// Tells where a key and its value stand; array elements have no key.
+/// Describes where a key and its value stand; array elements have no key.
 #[derive(Debug, Clone)]
 pub(super) struct Place {
     pub(super) key: Option<Range<usize>>,
@@ -88,24 +90,25 @@ impl Source {
         }
     }
 
-    /// Gives the path of the file.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Gives the folder to which the file paths of the scene are relative.
+    /// Returns the folder to which the file paths of the scene are relative.
     pub fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
     }
 
-    /// Gives the bytes of the text where the value of `key` stands, such as `["objects", "head", "sh", "file"]`; array elements are
-    /// named by their number. `None` when the key is not in the file.
+    /// Returns the bytes of the text where the value of `key` stands, such as `["objects", "head",
+    /// "sh", "file"]`; array elements are named by their number. `None` when the key is not in the
+    /// file.
     pub fn span(&self, key: &[&str]) -> Option<Range<usize>> {
         self.place(key).map(|place| place.value.clone())
     }
 
-    /// Lists the values below `key` in order, each with its key path: `objects.ball.sphere.radius` and `0.7`. Numbers, words and arrays are written in one
-    /// way however the file has them.
+    /// Lists the values below `key` in order, each with its key path: `objects.ball.sphere.radius`
+    /// and `0.7`. Numbers, words and arrays are written in one way however the file has them.
     pub fn values(&self, key: &[&str]) -> Vec<(String, String)> {
         let above: Vec<String> = key.iter().map(|&part| part.to_owned()).collect();
         let below = self.places.range(above.clone()..).take_while(|(p, _)| p.starts_with(&above));
@@ -119,7 +122,7 @@ impl Source {
         values.into_iter().map(|(path, value)| (joined(path), value)).collect()
     }
 
-    /// Tells whether the key itself was written on the command line.
+    /// Whether the key itself was written on the command line.
     pub fn is_override(&self, key: &[&str]) -> bool {
         let place = self.place(key);
         place.is_some_and(|p| p.key.as_ref().unwrap_or(&p.value).start > self.text.len())
@@ -135,9 +138,11 @@ impl Source {
         line_column(&self.text, offset)
     }
 
-    /// Makes the error that points at the value of `key`, or at what encloses it when the file does not write the key.
+    /// Makes the error that points at the value of `key`, or at what encloses it when the file does
+    /// not write the key.
     ///
-    /// It is an [`Error::Input`] with line and column, or an [`Error::Parameter`] that names `-D key` when an override wrote the value.
+    /// It is an [`Error::Input`] with line and column, or an [`Error::Parameter`] that names `-D
+    /// key` when an override wrote the value.
     pub fn error(&self, key: &[&str], message: impl Into<String>, help: Option<String>) -> Error {
         let nearest = (0..=key.len()).rev().find_map(|n| self.span(&key[..n]));
         self.error_at(&nearest.unwrap_or(0..0), message, help)
@@ -164,7 +169,8 @@ impl Source {
         self.overrides.iter().find(|one| one.region.contains(&offset))
     }
 
-    /// Finds the key whose own span or whose value's span this is; the outermost where several share it.
+    /// Finds the key whose own span or whose value's span this is; the outermost where several
+    /// share it.
     pub(super) fn find(&self, span: &Range<usize>) -> Option<(&[String], &Place)> {
         let is_here = |place: &Place| place.key.as_ref() == Some(span) || place.value == *span;
         let found = self.places.iter().find(|(_, place)| is_here(place));
@@ -181,7 +187,7 @@ impl Source {
         path
     }
 
-    /// Gives the value that stands at a span, as written in the text or in an override.
+    /// Returns the value that stands at a span, as written in the text or in an override.
     pub(super) fn written(&self, span: &Range<usize>) -> &str {
         let (text, start) = match self.override_at(span.start) {
             Some(one) => (&one.value, one.value_start),
@@ -192,7 +198,8 @@ impl Source {
     }
 }
 
-/// Writes a value as one that means the same is written; what is not TOML is a word of the command line.
+/// Writes a value as one that means the same is written; what is not TOML is a word of the command
+/// line.
 fn one_way(written: &str) -> String {
     DeValue::parse(written).map_or_else(|_| format!("{:?}", written.trim()), |value| plain(&value))
 }
@@ -215,7 +222,8 @@ fn plain(value: &Spanned<DeValue>) -> String {
     }
 }
 
-/// Writes a number as short as brings it back, turning to exponents where plain digits would be hundreds.
+/// Writes a number as short as brings it back, turning to exponents where plain digits would be
+/// hundreds.
 fn plain_number(x: f64) -> String {
     let text = format!("{x:?}");
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
@@ -232,7 +240,8 @@ pub(super) fn line_column(text: &str, offset: usize) -> (usize, usize) {
     (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
 }
 
-/// Points at one thing of the scene: what the checks of a single `[kind.NAME.type]` need to report errors.
+/// Points at one thing of the scene: what the checks of a single `[kind.NAME.type]` need to report
+/// errors.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry<'a> {
     pub(super) source: &'a Source,

@@ -1,6 +1,8 @@
-//! What to write instead: the nearest valid name, or the valid names, or an example of a missing key.
+//! What to write instead: the nearest valid name, or the valid names, or an example of a missing
+//! key.
 
-/// Names what was probably meant, else lists what is valid; `what` is the plural of the names ("keys here", "materials").
+/// Names what was probably meant, else lists what is valid; `what` is the plural of the names
+/// ("keys here", "materials").
 pub(super) fn suggest<S: AsRef<str>>(found: &str, valid: &[S], what: &str) -> String {
     match nearest(found, valid) {
         Some(name) => format!("did you mean `{name}`?"),
@@ -10,7 +12,8 @@ pub(super) fn suggest<S: AsRef<str>>(found: &str, valid: &[S], what: &str) -> St
     }
 }
 
-/// Finds the nearest name by Damerau-Levenshtein distance, if no more than a third of its letters (and two at least) are wrong.
+/// Finds the nearest name by Damerau-Levenshtein distance, if no more than a third of its letters
+/// (and two at least) are wrong.
 pub(super) fn nearest<'a, S: AsRef<str>>(found: &str, valid: &'a [S]) -> Option<&'a str> {
     let found = found.to_lowercase();
     let distance = |name: &str| strsim::damerau_levenshtein(&found, &name.to_lowercase());
@@ -32,7 +35,7 @@ pub(super) fn list<S: AsRef<str>>(names: &[S]) -> String {
     }
 }
 
-/// Gives an example of a key in things of a kind.
+/// Returns an example of a key in things of a kind.
 pub(super) fn example(kind: &str, key: &str) -> Option<&'static str> {
     match (kind, key) {
         ("sensors", "at") => Some("at = [[1, 1, 0], [2, 1, 0]]"),

@@ -20,7 +20,8 @@ pub struct SurfaceSpec {
     pub place: SurfacePlace,
     /// How they are spread.
     pub layout: SurfaceLayout,
-    /// What is lit there; the normal is the axis of a cylinder. Never half a cylinder, which would have to face one way on every side.
+    /// What is lit there; the normal is the axis of a cylinder. Never half a cylinder, which would
+    /// have to face one way on every side.
     pub measure: Measure,
 }
 
@@ -45,12 +46,13 @@ pub enum SurfaceLayout {
     Even(u32),
     /// One at each vertex of a mesh.
     Vertices,
-    /// One at each vertex of a geodesic sphere that is laid over an SH body or a sphere: the smallest with so many at least.
+    /// One at each vertex of a geodesic sphere that is laid over an SH body or a sphere: the
+    /// smallest with so many at least.
     Geodesic(u32),
 }
 
 impl SurfacePlace {
-    /// Gives the name of the object.
+    /// Returns the name of the object.
     pub fn object(&self) -> &str {
         match self {
             Self::Object(object) | Self::Face { object, .. } => object,
@@ -115,7 +117,8 @@ impl WrittenSurface {
             }
             (ObjectSpec::Sh(_) | ObjectSpec::Sphere(_), None) => {
                 let message = format!("missing key `points` in {}", entry.header());
-                let help = "add `points = 1000`: the vertices are those of a geodesic sphere with so many at least";
+                let help = "add `points = 1000`: the vertices are those of a geodesic sphere with \
+                            so many at least";
                 Err(entry.error("", message, help))
             }
             (other, _) => {

@@ -21,7 +21,8 @@ pub struct RenderSpec {
     pub estimator: RenderEstimator,
     /// The name of the camera; may be left out when there is one.
     pub camera: Option<String>,
-    /// The part of the picture to compute, pixels of the picture at its full size; when left out all of it.
+    /// The part of the picture to compute, pixels of the picture at its full size; when left out
+    /// all of it.
     #[serde(deserialize_with = "crop_if")]
     pub crop: Option<Window>,
     /// How samples weigh in a pixel.
@@ -80,7 +81,8 @@ pub enum RenderEstimator {
     DoubleLocal,
     /// The double local estimate by strategy A alone: walk hits connected to the visible point.
     DoubleLocalA,
-    /// The double local estimate by strategy B alone: walk hits connected to a sampled intermediate point.
+    /// The double local estimate by strategy B alone: walk hits connected to a sampled intermediate
+    /// point.
     DoubleLocalB,
     /// Backward path tracing.
     Path,
@@ -106,10 +108,12 @@ pub struct IllumSpec {
     /// When to stop.
     #[serde(deserialize_with = "table")]
     pub stop: StopSpec,
-    /// For radiosity: about how many patches the surfaces get in all, 1 to 100 000; a default when left out.
+    /// For radiosity: about how many patches the surfaces get in all, 1 to 100 000; a default when
+    /// left out.
     #[serde(deserialize_with = "patches_if")]
     pub patches: Option<usize>,
-    /// For photons: the radius of the discs that count them, above 0, metres; a default when left out.
+    /// For photons: the radius of the discs that count them, above 0, metres; a default when left
+    /// out.
     #[serde(deserialize_with = "number_if::<Size, _>")]
     pub radius: Option<f64>,
 }
@@ -136,7 +140,8 @@ pub enum IllumEstimator {
 choices!(IllumEstimator, "estimator of illuminance":
     Local = "local" "The local estimate: one walk of light serves all sensors",
     Path = "path" "Backward path tracing, the reference",
-    Radiosity = "radiosity" "Patches that exchange light: no statistical error, and none is claimed",
+    Radiosity = "radiosity" "Patches that exchange light: no statistical error, and none is \
+                             claimed",
     Photon = "photon" "Photons counted on a disc about each sensor: direct simulation",
 );
 
@@ -144,7 +149,8 @@ choices!(IllumEstimator, "estimator of illuminance":
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DetailSpec {
-    /// How far a point of the surface may move in the picture, pixels, 0 or more; at 0 the degree is the full one.
+    /// How far a point of the surface may move in the picture, pixels, 0 or more; at 0 the degree
+    /// is the full one.
     #[serde(deserialize_with = "number::<AtLeast0, _>")]
     pub pixels: f64,
     /// How far a normal may turn anywhere, degrees, from 0 to 180; at 180, as when it is left out,
@@ -182,7 +188,8 @@ impl Inline for StopSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StopSpec {
-    /// The relative error to reach, between 0 and 1: of illuminance the largest 95 % half-width, of a picture the standard error that 95 % of the pixels keep.
+    /// The relative error to reach, between 0 and 1: of illuminance the largest 95 % half-width, of
+    /// a picture the standard error that 95 % of the pixels keep.
     #[serde(deserialize_with = "number_if::<Part, _>")]
     pub relative_error: Option<f64>,
     /// The time allowed, above 0.

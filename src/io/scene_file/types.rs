@@ -1,4 +1,5 @@
-//! `[kind.NAME.type]`: checks the three levels before serde reads below them, and tells which types each kind has.
+//! `[kind.NAME.type]`: checks the three levels before serde reads below them, and tells which types
+//! each kind has.
 
 use serde::de::{Deserialize, Deserializer, Error as _, Visitor, value};
 use toml::Spanned;
@@ -16,7 +17,7 @@ use crate::Result;
 /// The kinds of things with names, in the plural that heads them.
 pub(super) const KINDS: [&str; 5] = ["materials", "objects", "lights", "cameras", "sensors"];
 
-/// Gives the types of a kind.
+/// Returns the types of a kind.
 fn types(kind: &str) -> &'static [&'static str] {
     match kind {
         "materials" => variants::<MaterialSpec>(),
@@ -88,7 +89,7 @@ fn check_thing(
     }
 }
 
-/// Gives the variants of an enum, as its derived `Deserialize` tells them to a deserializer.
+/// Returns the variants of an enum, as its derived `Deserialize` tells them to a deserializer.
 fn variants<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
     let mut names: &'static [&'static str] = &[];
     // The listener always refuses: only what it heard is of interest.

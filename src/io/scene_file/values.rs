@@ -1,7 +1,7 @@
 //! Checked values of scene files: numbers in a range, whole numbers, tables, words, times.
 //!
-//! Each is a function for `#[serde(deserialize_with)]`. A message is what follows "`key` in [table] "; after a line break it may say how
-//! to go on. 2 and 2.0 are the same everywhere.
+//! Each is a function for `#[serde(deserialize_with)]`. A message is what follows "`key` in [table]
+//! "; after a line break it may say how to go on. 2 and 2.0 are the same everywhere.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -19,7 +19,7 @@ pub(super) trait Range {
     const MUST: &'static str;
     /// Says why, or how to go on; may be empty.
     const HELP: &'static str = "";
-    /// Tells whether a finite number is allowed.
+    /// Whether a finite number is allowed.
     fn holds(x: f64) -> bool;
 }
 
@@ -44,13 +44,15 @@ ranges! {
     Any: |_| true, "finite", "";
     Above0: |x| x > 0.0, "above 0", "";
     AtLeast0: |x| x >= 0.0, "0 or more", "";
-    Albedo: |x| (0.0..1.0).contains(&x), "from 0 to below 1", "it is the reflected part of the flux; at 1 light would never be absorbed";
+    Albedo: |x| (0.0..1.0).contains(&x), "from 0 to below 1", "it is the reflected part of the \
+        flux; at 1 light would never be absorbed";
     Opening: |x| x > 0.0 && x < 180.0, "between 0 and 180 degrees", "";
     Turn: |x| x > 0.0 && x <= 360.0, "above 0 and at most 360 degrees", "";
     HalfTurn: |x| (0.0..=180.0).contains(&x), "from 0 to 180 degrees", "";
     Share: |x| (0.0..=1.0).contains(&x), "from 0 to 1", "";
     Part: |x| x > 0.0 && x < 1.0, "between 0 and 1", "write 0.01 for one per cent";
-    AreaShare: |x| x > 0.0 && x <= 1.0, "above 0 and at most 1", "it is a share of the area: write 0.25 for a quarter";
+    AreaShare: |x| x > 0.0 && x <= 1.0, "above 0 and at most 1", "it is a share of the area: \
+        write 0.25 for a quarter";
     Roughness: |x| (0.01..=1.0).contains(&x), "from 0.01 to 1", "below 0.01 a surface is a mirror";
     Index: |x| x > 1.0 && x <= 4.0, "above 1 and at most 4", "glass and varnish have about 1.5";
     Size: |x| x > 0.0 && x <= 1e9, "above 0 and at most 1e9 metres", "";

@@ -1,4 +1,5 @@
-//! Checked arrays of scene files: points, directions, colours, columns and rows; see `values` for how they report.
+//! Checked arrays of scene files: points, directions, colours, columns and rows; see `values` for
+//! how they report.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -139,7 +140,8 @@ impl<'de, R: Range> Visitor<'de> for SpectrumVisitor<R> {
 pub(super) fn colour<'de, D: Deserializer<'de>>(d: D) -> Result<Rgb, D::Error> {
     let array = Array::<Number<AtLeast0>, 3>::deserialize(d)?;
     let colour = Rgb(array.0.map(|n| n.0));
-    // Scaled by the largest component first, so that neither very large nor very small triples overflow.
+    // Scaled by the largest component first, so that neither very large nor very small triples
+    // overflow.
     let scaled = colour / colour.max_component();
     let colour = scaled / scaled.luminance();
     let black = "must have a component above 0\nwrite the lamp's strength in `intensity` or `flux`";

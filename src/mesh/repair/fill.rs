@@ -8,7 +8,8 @@ use crate::mesh::boundary::for_each_loop;
 use crate::mesh::edges::{EdgeFault, for_each_edge};
 use crate::mesh::repair::RepairReport;
 
-/// Fills the holes of up to `most` edges: one of three by a face, others by a fan about the middle of the rim.
+/// Fills the holes of up to `most` edges: one of three by a face, others by a fan about the middle
+/// of the rim.
 pub(super) fn filled(mesh: &Mesh, most: usize, done: &mut RepairReport) -> Result<Mesh> {
     let mut rims = Vec::new();
     for_each_edge(mesh, |walks| {
@@ -36,7 +37,7 @@ pub(super) fn filled(mesh: &Mesh, most: usize, done: &mut RepairReport) -> Resul
     Mesh::new(positions, triangles)
 }
 
-/// Tells whether edges form one loop that passes each of its vertices once, all in one direction.
+/// Whether edges form one loop that passes each of its vertices once, all in one direction.
 fn is_rim(edges: &[[u32; 2]]) -> bool {
     let mut starts: Vec<u32> = edges.iter().map(|e| e[0]).collect();
     let mut ends: Vec<u32> = edges.iter().map(|e| e[1]).collect();

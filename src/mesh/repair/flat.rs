@@ -1,7 +1,8 @@
 //! Rids a mesh of faces whose three corners lie in a line.
 //!
-//! The long side of such a face has its third corner on it. The face a, b, c with c between a and b, and its neighbour b, a, d across
-//! the long side, become a, d, c and d, b, c: the same surface, and no flat face. One without a neighbour there is dropped.
+//! The long side of such a face has its third corner on it. The face a, b, c with c between a and
+//! b, and its neighbour b, a, d across the long side, become a, d, c and d, b, c: the same surface,
+//! and no flat face. One without a neighbour there is dropped.
 
 use std::collections::{HashMap, HashSet};
 
@@ -52,7 +53,8 @@ struct Trade {
     edge: [u32; 2],
 }
 
-/// Trades the long sides of flat faces with their neighbours, and drops the flat faces that have none.
+/// Trades the long sides of flat faces with their neighbours, and drops the flat faces that have
+/// none.
 fn traded(mesh: &Mesh, flat: &[usize]) -> Result<Mesh> {
     let beside = beside_long_sides(mesh, flat);
     let mut is_dropped = vec![false; mesh.triangles().len()];
@@ -132,7 +134,7 @@ fn sorted(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Gives the corners of a face in their order, the longest side first.
+/// Returns the corners of a face in their order, the longest side first.
 fn long_side(mesh: &Mesh, face: usize) -> [u32; 3] {
     let [a, b, c] = mesh.triangles()[face];
     let [p, q, r] = mesh.corners(face);

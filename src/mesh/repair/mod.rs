@@ -1,5 +1,5 @@
-//! Repairs what `mesh_check` reports, in the order in which one step helps the next: weld, drop, turn, keep, fill. Nothing here runs
-//! unless asked for, and the report says what was done.
+//! Repairs what `mesh_check` reports, in the order in which one step helps the next: weld, drop,
+//! turn, keep, fill. Nothing here runs unless asked for, and the report says what was done.
 
 mod fill;
 mod flat;
@@ -13,8 +13,8 @@ use crate::mesh::Mesh;
 use crate::mesh::report::{duplicate_faces, find, is_collapsed};
 use crate::{Error, Result};
 
-/// Sets a repair. The default joins vertices at equal coordinates, drops faces without area and doubled ones, and turns the faces
-/// outwards.
+/// Sets a repair. The default joins vertices at equal coordinates, drops faces without area and
+/// doubled ones, and turns the faces outwards.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RepairSettings {
     /// Vertices this near each other, metres, become one; 0 for those at equal coordinates.
@@ -45,7 +45,7 @@ pub struct RepairReport {
 }
 
 impl RepairReport {
-    /// Tells whether there was nothing to do.
+    /// Whether there was nothing to do.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
@@ -73,11 +73,13 @@ impl fmt::Display for RepairReport {
     }
 }
 
-/// Repairs a mesh. Faces are turned so that neighbours agree, piece by piece, and each piece encloses a positive volume (of an open
-/// piece: about the middle of its bounds); a cavity's skin is turned outwards too.
+/// Repairs a mesh. Faces are turned so that neighbours agree, piece by piece, and each piece
+/// encloses a positive volume (of an open piece: about the middle of its bounds); a cavity's skin
+/// is turned outwards too.
 ///
-/// A face without area whose corners are three different vertices in a line cannot simply be dropped: its neighbours would no
-/// longer meet. It trades its long side with the neighbour there, which leaves the surface as it is.
+/// A face without area whose corners are three different vertices in a line cannot simply be
+/// dropped: its neighbours would no longer meet. It trades its long side with the neighbour there,
+/// which leaves the surface as it is.
 ///
 /// # Errors
 /// [`Error::Parameter`] unless the welding distance is finite and not negative.

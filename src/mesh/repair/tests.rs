@@ -1,4 +1,4 @@
-//! Meshes spoilt in one way each, and mended.
+//! Meshes with one fault each, and mended.
 
 use glam::DVec3;
 
@@ -15,7 +15,7 @@ fn changed(mesh: &Mesh, change: impl Fn(&mut Vec<DVec3>, &mut Vec<[u32; 3]>)) ->
     Mesh::new(positions, triangles).expect("indices in range")
 }
 
-/// Gives every face its own three vertices, each moved by up to `by`.
+/// Returns every face its own three vertices, each moved by up to `by`.
 fn soup(mesh: &Mesh, by: f64) -> Mesh {
     let corners = (0..mesh.triangles().len()).flat_map(|f| mesh.corners(f));
     let moved =
@@ -88,7 +88,8 @@ fn flat_and_doubled_faces_are_dropped() {
 
 #[test]
 fn flat_face_in_a_closed_surface_trades_its_long_side() {
-    // A vertex in the middle of the edge 1-3 of the cube, that only one of both sides knows: a flat face joins them.
+    // A vertex in the middle of the edge 1-3 of the cube, that only one of both sides knows: a flat
+    // face joins them.
     let mesh = changed(&shapes::cube(), |positions, triangles| {
         let middle = positions.len() as u32;
         positions.push(0.5 * (positions[1] + positions[3]));

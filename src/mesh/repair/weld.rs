@@ -31,7 +31,8 @@ pub(super) fn welded(mesh: &Mesh, distance: f64, done: &mut RepairReport) -> Res
     Mesh::new(positions.to_vec(), triangles)
 }
 
-/// Divides space into cells as wide as the welding distance; where only equal coordinates are joined they are their own cells.
+/// Divides space into cells as wide as the welding distance; where only equal coordinates are
+/// joined they are their own cells.
 struct Cells {
     hasher: RandomState,
     origin: DVec3,

@@ -14,7 +14,7 @@ const VALUES: [f64; 2] = [8.0, 15.0];
 
 pub(super) const NAMES: [char; 3] = ['x', 'y', 'z'];
 
-/// Tells along which axis of space a direction is, and whether with it (1) or against it (-1).
+/// Returns along which axis of space a direction is, and whether with it (1) or against it (-1).
 pub(super) fn along_axis(direction: DVec3) -> Option<(usize, f64)> {
     (0..3).find(|k| direction[*k].abs() > 1.0 - 1e-9).map(|k| (k, direction[k].signum()))
 }
@@ -81,13 +81,13 @@ impl Layout {
         Self { plot, cell, columns, rows }
     }
 
-    /// Gives where a place in nodes is.
+    /// Returns where a place in nodes is.
     pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [width, height] = self.cell;
         [self.plot.x + (x + 0.5) * width, self.plot.bottom() - (y + 0.5) * height]
     }
 
-    /// Gives the middle of a plate above a cell, or below where there is no room.
+    /// Returns the middle of a plate above a cell, or below where there is no room.
     pub(super) fn beside(&self, cell: Area, size: [f64; 2]) -> [f64; 2] {
         let half = 0.5 * size[0];
         let above = cell.y - 0.7 * size[1];
@@ -100,7 +100,8 @@ impl Layout {
         self.place([node % self.columns, node / self.columns].map(|n| n as f64))
     }
 
-    /// Gives the area of a cell, with half a pixel more to the right and below so that no seam shows.
+    /// Returns the area of a cell, with half a pixel more to the right and below so that no seam
+    /// shows.
     pub(super) fn cell(&self, node: usize) -> Area {
         let area = Area::about(self.middle(node), self.cell);
         let (right, bottom) = (area.right() + 0.5, area.bottom() + 0.5);
@@ -109,7 +110,8 @@ impl Layout {
         Area { width, height, ..area }
     }
 
-    /// Gives the size in which these texts fit their cells; `None` when that is too small to be read.
+    /// Returns the size in which these texts fit their cells; `None` when that is too small to be
+    /// read.
     pub(super) fn value_font<'a>(&self, texts: impl Iterator<Item = &'a String>) -> Option<f64> {
         let widest = texts.map(|text| text_width(text, 1.0)).fold(0.0, f64::max);
         let fits = (0.86 * self.cell[0] / widest).min(0.62 * self.cell[1]).min(VALUES[1]).floor();

@@ -1,4 +1,5 @@
-//! An isolux picture: a grid of sensors on a plane, each a cell in false colour with its value, and the lines of equal illuminance.
+//! An isolux picture: a grid of sensors on a plane, each a cell in false colour with its value, and
+//! the lines of equal illuminance.
 
 mod layout;
 
@@ -33,7 +34,8 @@ pub struct Isolux {
     pub unit: String,
     /// Where the sensors stand.
     pub lattice: Lattice,
-    /// The value of each sensor, in the order of the lattice's `nodes`; `None` where it does not count: its cell is hatched.
+    /// The value of each sensor, in the order of the lattice's `nodes`; `None` where it does not
+    /// count: its cell is hatched.
     pub values: Vec<Option<f64>>,
     /// The colours, and the values of the isolines.
     pub scale: ColourScale,
@@ -59,7 +61,7 @@ impl Isolux {
         encode_png(image.width() as usize, image.height() as usize, image.as_raw())
     }
 
-    /// Gives what the values that count come to; places are those of sensors.
+    /// Returns what the values that count come to; places are those of sensors.
     pub fn tally(&self) -> Tally {
         let mut tally = Tally::of(&self.counting().map(|(_, v)| v).collect::<Vec<f64>>());
         let sensors: Vec<usize> = self.counting().map(|(i, _)| i).collect();
@@ -105,13 +107,13 @@ impl Isolux {
         let values: Vec<f64> = self.counting().map(|(_, v)| v).collect();
         let hatched = self.values.iter().any(Option::is_none);
         let hatched = hatched.then(|| (Swatch::Hatched, "behind".to_owned()));
-        let spoilt =
+        let non_finite =
             (tally.not_finite > 0).then(|| (Swatch::Colour(NOT_FINITE), "not finite".to_owned()));
         Legend {
             scale: &self.scale,
             unit: &self.unit,
             outside: self.scale.outside(&values).map(|n| n > 0),
-            notes: hatched.into_iter().chain(spoilt).collect(),
+            notes: hatched.into_iter().chain(non_finite).collect(),
             font: FONT,
         }
     }
@@ -163,7 +165,7 @@ impl Isolux {
         paper.text([x, 63.0], Align::Left, 12.0, FRAME, &self.situation());
     }
 
-    /// Gives the value of each node, NaN where there is none.
+    /// Returns the value of each node, NaN where there is none.
     fn field(&self) -> Vec<f64> {
         let mut field = vec![f64::NAN; self.lattice.size[0] * self.lattice.size[1]];
         for (node, value) in self.lattice.nodes.iter().zip(&self.values) {
@@ -241,7 +243,7 @@ impl Isolux {
         texts.into_iter().filter_map(written).collect()
     }
 
-    /// Gives the isolines, and where their labels go.
+    /// Returns the isolines, and where their labels go.
     fn lines(&self, placing: &mut Placing, layout: &Layout) -> (Vec<Line>, Vec<Label>) {
         let field: Vec<f64> = self.field().iter().map(|v| self.scale.evened(*v)).collect();
         let times = ((FINE / field.len().max(1)) as f64).sqrt().clamp(1.0, 12.0) as usize;
@@ -261,7 +263,8 @@ impl Isolux {
         (all, labels)
     }
 
-    /// Lists the levels that sensors reach: what is interpolated between them may exceed them all, and no line claims more than was measured.
+    /// Lists the levels that sensors reach: what is interpolated between them may exceed them all,
+    /// and no line claims more than was measured.
     fn reached_levels(&self) -> Vec<(f64, String)> {
         let Tally { least: Some((_, least)), largest: Some((_, largest)), .. } = self.tally()
         else {
@@ -353,7 +356,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::plots::ScaleWish;
+    use crate::plots::ScaleOptions;
 
     fn isolux(columns: usize, rows: usize, value: impl Fn(usize) -> Option<f64>) -> Isolux {
         let at =
@@ -362,21 +365,21 @@ mod tests {
         let lattice = Lattice::of(&points, DVec3::Z).expect("a grid");
         let values: Vec<Option<f64>> = (0..points.len()).map(value).collect();
         let known: Vec<f64> = values.iter().flatten().copied().collect();
-        let scale = ScaleWish::default().fitted(&known, 1.0).expect("a scale");
+        let scale = ScaleOptions::default().fitted(&known, 1.0).expect("a scale");
         let [title, unit] = ["desk", "lx"].map(String::from);
         Isolux { title, unit, lattice, values, scale, extremes: false }
     }
 
     #[test]
-    fn dark_constant_spoilt_and_hidden_grids_are_drawn() {
+    fn dark_constant_non_finite_and_hidden_grids_are_drawn() {
         for value in [Some(0.0), Some(5.0), Some(f64::NAN), Some(f64::INFINITY), None] {
             let mut grid = isolux(3, 2, |_| value);
             grid.extremes = true;
             assert!(grid.to_svg().expect("drawn").starts_with("<svg"), "{value:?}");
         }
-        let mut spoilt = isolux(3, 2, |i| (i != 1).then_some(f64::NAN));
-        spoilt.extremes = true;
-        let image = image::load_from_memory(&spoilt.to_png().expect("drawn")).expect("a PNG");
+        let mut non_finite = isolux(3, 2, |i| (i != 1).then_some(f64::NAN));
+        non_finite.extremes = true;
+        let image = image::load_from_memory(&non_finite.to_png().expect("drawn")).expect("a PNG");
         assert!(image.into_rgb8().pixels().any(|p| p.0 == NOT_FINITE));
         let mut short = isolux(3, 2, |_| Some(1.0));
         short.values.pop();
@@ -405,7 +408,7 @@ mod tests {
     fn no_line_lies_beyond_the_values_of_the_sensors() {
         let levels = |top: f64| {
             let mut grid = isolux(5, 5, |i| Some(if i == 12 { top } else { 150.0 }));
-            let wish = ScaleWish { high: Some(500.0), ..Default::default() };
+            let wish = ScaleOptions { high: Some(500.0), ..Default::default() };
             grid.scale = wish.fitted(&[], 1.0).expect("a scale");
             grid.reached_levels().into_iter().map(|(level, _)| level).collect::<Vec<_>>()
         };

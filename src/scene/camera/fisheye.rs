@@ -1,4 +1,5 @@
-//! The fisheye: a circle in the middle of the picture, as large as fits, in which the distance from the middle tells the angle from the view.
+//! The fisheye: a circle in the middle of the picture, as large as fits, in which the distance from
+//! the middle tells the angle from the view.
 
 use crate::math::choice::choice;
 use std::f64::consts::PI;
@@ -15,7 +16,8 @@ pub enum FisheyeMapping {
     Equidistant,
     /// The sine of half the angle: equal solid angles have equal areas.
     Equisolid,
-    /// The sine: equal areas are equal parts of the illuminance at the eye (the hemispherical view); opens by 180 degrees at most.
+    /// The sine: equal areas are equal parts of the illuminance at the eye (the hemispherical
+    /// view); opens by 180 degrees at most.
     Orthographic,
     /// The tangent of half the angle: small shapes keep their form; opens by less than 360 degrees.
     Stereographic,
@@ -29,7 +31,7 @@ choice!(FisheyeMapping, "mapping":
 );
 
 impl FisheyeMapping {
-    /// Tells whether a picture can open by the whole angle `fov`, radians.
+    /// Whether a picture can open by the whole angle `fov`, radians.
     pub fn opens(self, fov: f64) -> bool {
         fov > 0.0
             && match self {
@@ -39,7 +41,7 @@ impl FisheyeMapping {
             }
     }
 
-    /// Gives the distance from the middle for an angle, in a unit of the mapping's own.
+    /// Returns the distance from the middle for an angle, in a unit of the mapping's own.
     fn distance(self, angle: f64) -> f64 {
         match self {
             Self::Equidistant => angle,
@@ -49,7 +51,7 @@ impl FisheyeMapping {
         }
     }
 
-    /// Gives the derivative of [`FisheyeMapping::distance`].
+    /// Returns the derivative of [`FisheyeMapping::distance`].
     fn slope(self, angle: f64) -> f64 {
         match self {
             Self::Equidistant => 1.0,
@@ -68,7 +70,7 @@ impl FisheyeMapping {
         }
     }
 
-    /// Gives the largest of distance / sine and of the slope over all angles up to `angle`.
+    /// Returns the largest of distance / sine and of the slope over all angles up to `angle`.
     fn stretch(self, angle: f64) -> f64 {
         if self == Self::Orthographic {
             return 1.0;
@@ -108,12 +110,12 @@ impl Fisheye {
         )))
     }
 
-    /// Gives the pixels per unit of the mapping's distance.
+    /// Returns the pixels per unit of the mapping's distance.
     fn scale(self, size: DVec2) -> f64 {
         0.5 * size.min_element() / self.mapping.distance(self.rim)
     }
 
-    /// Gives the direction of a film position; `None` outside the circle.
+    /// Returns the direction of a film position; `None` outside the circle.
     pub(super) fn direction(self, film: DVec2, size: DVec2) -> Option<DVec3> {
         let from_middle = film - 0.5 * size;
         let r = from_middle.length();
@@ -124,7 +126,8 @@ impl Fisheye {
         Some((sine * from_middle.normalize_or_zero()).extend(cosine))
     }
 
-    /// Gives where a direction meets the film, and there the pixels^2 per steradian; `None` outside the circle, and right behind the eye.
+    /// Returns where a direction meets the film, and there the pixels^2 per steradian; `None`
+    /// outside the circle, and right behind the eye.
     pub(super) fn film(self, direction: DVec3, size: DVec2) -> Option<(DVec2, f64)> {
         let across = direction.truncate();
         let sine = across.length();
@@ -133,12 +136,14 @@ impl Fisheye {
             return None;
         }
         let (scale, slope) = (self.scale(size), self.mapping.slope(angle));
-        // Near the view the distance is proportional to the sine, without which nothing is left of either.
+        // Near the view the distance is proportional to the sine, without which nothing is left of
+        // either.
         let radial = if sine > 0.0 { self.mapping.distance(angle) / sine } else { slope };
         Some((0.5 * size + scale * radial * across, scale * scale * radial * slope))
     }
 
-    /// Bounds the movement in the picture, pixels, of what turns by `turn` within the angle `angle` from the view.
+    /// Bounds the movement in the picture, pixels, of what turns by `turn` within the angle `angle`
+    /// from the view.
     pub(super) fn movement(self, angle: f64, turn: f64, size: DVec2) -> f64 {
         let reach = angle.min(self.rim) + turn;
         self.scale(size) * self.mapping.stretch(reach) * turn

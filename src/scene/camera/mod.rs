@@ -1,7 +1,8 @@
 //! Cameras: from a position on the film to a ray, and from a point of the room back to the film.
 //!
-//! Film positions are pixels of the whole picture: (0, 0) is its top left corner, (0.5, 0.5) the middle of its first pixel. Each lens has a file of
-//! its own and knows its own axes only: to the right, downwards, forward.
+//! Film positions are pixels of the whole picture: (0, 0) is its top left corner, (0.5, 0.5) the
+//! middle of its first pixel. Each lens has a file of its own and knows its own axes only: to the
+//! right, downwards, forward.
 
 mod fisheye;
 mod orthographic;
@@ -25,7 +26,8 @@ use orthographic::Orthographic;
 use perspective::Perspective;
 use pose::Pose;
 
-/// Sees a room from a place: where it stands, how it is turned, its lens, the size of its picture, and which window of that is asked for.
+/// Sees a room from a place: where it stands, how it is turned, its lens, the size of its picture,
+/// and which window of that is asked for.
 ///
 /// ```
 /// use glam::{DVec2, DVec3};
@@ -55,8 +57,9 @@ enum Lens {
 
 /// Says where and how a camera sees a point.
 ///
-/// A surface there of area dA, seen under the angle theta from its normal, covers `density` cos theta dA pixels^2 of the film. The value of a pixel
-/// with the filter h is the integral of h L over the film; so luminance L leaving dA adds h(offset) L `density` cos theta dA.
+/// A surface there of area dA, seen under the angle theta from its normal, covers `density` cos
+/// theta dA pixels^2 of the film. The value of a pixel with the filter h is the integral of h L
+/// over the film; so luminance L leaving dA adds h(offset) L `density` cos theta dA.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
     /// Where it is on the film, pixels; it may be outside the picture.
@@ -77,17 +80,20 @@ impl Camera {
         Ok(Self { pose, lens, resolution, window: Window::whole(resolution) })
     }
 
-    /// Places a pinhole at `from`, looking to `to`, with the vertical opening angle `fov` (radians, between 0 and pi) and columns x rows of pixels,
-    /// which are square. Up is z, or y where the view is along z; see [`Camera::with_up`].
+    /// Places a pinhole at `from`, looking to `to`, with the vertical opening angle `fov` (radians,
+    /// between 0 and pi) and columns x rows of pixels, which are square. Up is z, or y where the
+    /// view is along z; see [`Camera::with_up`].
     ///
     /// # Errors
-    /// [`Error::Parameter`] when `from` and `to` coincide, the angle is out of range or a side has no pixel.
+    /// [`Error::Parameter`] when `from` and `to` coincide, the angle is out of range or a side has
+    /// no pixel.
     pub fn perspective(from: DVec3, to: DVec3, fov: f64, resolution: [u32; 2]) -> Result<Self> {
         let lens = Lens::Perspective(Perspective::new(fov)?);
         Self::new(Pose::looking(from, to)?, lens, resolution)
     }
 
-    /// Places a film `height` metres high with its middle at `from` and at right angles to the view to `to`; all rays are parallel to the view.
+    /// Places a film `height` metres high with its middle at `from` and at right angles to the view
+    /// to `to`; all rays are parallel to the view.
     ///
     /// # Errors
     /// As [`Camera::perspective`], and when the height is not a positive length.
@@ -96,8 +102,9 @@ impl Camera {
         Self::new(Pose::looking(from, to)?, lens, resolution)
     }
 
-    /// Places a fisheye at `from`, looking to `to`, which opens by the whole angle `fov`, radians: pi for half of all directions. The picture is
-    /// the largest circle that fits; outside it there are no rays.
+    /// Places a fisheye at `from`, looking to `to`, which opens by the whole angle `fov`, radians:
+    /// pi for half of all directions. The picture is the largest circle that fits; outside it there
+    /// are no rays.
     ///
     /// # Errors
     /// As [`Camera::perspective`], and when the mapping cannot open so wide.
@@ -112,17 +119,20 @@ impl Camera {
         Self::new(Pose::looking(from, to)?, lens, resolution)
     }
 
-    /// Places a panorama at `from`: 360 degrees by 180, `up` being the upper pole and `to` above, in or below the middle. Pixels are square in the
-    /// middle when there are twice as many columns as rows.
+    /// Places a panorama at `from`: 360 degrees by 180, `up` being the upper pole and `to` above,
+    /// in or below the middle. Pixels are square in the middle when there are twice as many columns
+    /// as rows.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when `from` and `to` coincide or `to` is at a pole, or a side has no pixel.
+    /// [`Error::Parameter`] when `from` and `to` coincide or `to` is at a pole, or a side has no
+    /// pixel.
     pub fn panorama(from: DVec3, to: DVec3, up: DVec3, resolution: [u32; 2]) -> Result<Self> {
         let pose = Pose::looking(from, to)?.upright(up)?;
         Self::new(pose, Lens::Panorama, resolution)
     }
 
-    /// Turns the camera so that `up` points upwards in the picture; of a panorama `up` is the upper pole.
+    /// Turns the camera so that `up` points upwards in the picture; of a panorama `up` is the upper
+    /// pole.
     ///
     /// # Errors
     /// [`Error::Parameter`] when `up` is along the view or not finite.
@@ -134,12 +144,12 @@ impl Camera {
         Ok(self)
     }
 
-    /// Gives the number of columns and rows of the whole picture.
+    /// Returns the number of columns and rows of the whole picture.
     pub const fn resolution(&self) -> [u32; 2] {
         self.resolution
     }
 
-    /// Gives the same view with another number of pixels, the whole of it.
+    /// Returns the same view with another number of pixels, the whole of it.
     #[must_use]
     pub const fn with_resolution(mut self, resolution: [u32; 2]) -> Self {
         self.resolution = resolution;
@@ -147,7 +157,7 @@ impl Camera {
         self
     }
 
-    /// Gives the part of the picture that is asked for.
+    /// Returns the part of the picture that is asked for.
     pub const fn window(&self) -> Window {
         self.window
     }
@@ -161,19 +171,20 @@ impl Camera {
             let ([x0, y0], [x1, y1]) = (window.min(), window.max());
             let [width, height] = self.resolution;
             return Err(Error::Parameter(format!(
-                "the crop {x0},{y0},{x1},{y1} reaches beyond the picture of {width} x {height} pixels"
+                "the crop {x0},{y0},{x1},{y1} reaches beyond the picture of {width} x {height} \
+                 pixels"
             )));
         }
         self.window = window;
         Ok(self)
     }
 
-    /// Gives the eye; of an orthographic camera the middle of its film.
+    /// Returns the eye; of an orthographic camera the middle of its film.
     pub const fn position(&self) -> DVec3 {
         self.pose.eye
     }
 
-    /// Gives the unit vector in the middle of the picture.
+    /// Returns the unit vector in the middle of the picture.
     pub const fn forward(&self) -> DVec3 {
         self.pose.forward
     }
@@ -188,8 +199,9 @@ impl Camera {
         }
     }
 
-    /// Gives the matrix, row by row, that turns a point (x, y, z, 1), written as a row before it, into the camera's coordinates: x to the right, y
-    /// upwards, z backwards in the picture, metres. This is how OpenEXR writes its `worldToCamera`.
+    /// Returns the matrix, row by row, that turns a point (x, y, z, 1), written as a row before it,
+    /// into the camera's coordinates: x to the right, y upwards, z backwards in the picture,
+    /// metres. This is how OpenEXR writes its `worldToCamera`.
     pub fn world_to_camera(&self) -> [[f64; 4]; 4] {
         let Pose { eye, right, down, forward, .. } = self.pose;
         let (up, back) = (-down, -forward);
@@ -197,7 +209,8 @@ impl Camera {
         [row(0), row(1), row(2), [-eye.dot(right), -eye.dot(up), -eye.dot(back), 1.0]]
     }
 
-    /// Makes the ray through a film position; `None` where nothing is seen (outside the circle of a fisheye).
+    /// Makes the ray through a film position; `None` where nothing is seen (outside the circle of a
+    /// fisheye).
     pub fn ray(&self, film: DVec2) -> Option<Ray> {
         let (size, pose) = (self.size(), &self.pose);
         let direction = match self.lens {
@@ -212,7 +225,8 @@ impl Camera {
         Some(Ray::new(pose.eye, pose.turn(direction).normalize()))
     }
 
-    /// Finds a point of the room on the film, whatever stands before it; `None` when it is behind the camera or outside the circle of a fisheye.
+    /// Finds a point of the room on the film, whatever stands before it; `None` when it is behind
+    /// the camera or outside the circle of a fisheye.
     pub fn project(&self, point: DVec3) -> Option<Projection> {
         let (size, local) = (self.size(), self.pose.local(point));
         if let Lens::Orthographic(lens) = self.lens {
@@ -234,8 +248,9 @@ impl Camera {
         Some(Projection { film, towards, distance, density: per_steradian / distance.powi(2) })
     }
 
-    /// Gives all film positions at most `margin` pixels outside the picture that show the same as `film`: itself, and where a panorama goes on beyond
-    /// its borders. A splat with a filter of that radius belongs at each.
+    /// Returns all film positions at most `margin` pixels outside the picture that show the same as
+    /// `film`: itself, and where a panorama goes on beyond its borders. A splat with a filter of
+    /// that radius belongs at each.
     pub fn repeats(&self, film: DVec2, margin: f64) -> impl Iterator<Item = DVec2> {
         let is_panorama = self.lens == Lens::Panorama;
         let own = (!is_panorama).then_some(film);
@@ -243,7 +258,8 @@ impl Camera {
         own.into_iter().chain(around.into_iter().flatten())
     }
 
-    /// Gives the distance of a point from the eye; for an orthographic camera from the plane of its film.
+    /// Returns the distance of a point from the eye; for an orthographic camera from the plane of
+    /// its film.
     pub fn distance(&self, point: DVec3) -> f64 {
         match self.lens {
             Lens::Orthographic(_) => self.pose.local(point).z.abs(),
@@ -251,8 +267,9 @@ impl Camera {
         }
     }
 
-    /// Bounds the distance in the picture, pixels, by which a visible point of a ball is seen to move when it moves by `error`, metres; infinite
-    /// when nothing bounds it: near the eye, where a panorama has its poles, and where an extreme fisheye looks behind itself.
+    /// Bounds the distance in the picture, pixels, by which a visible point of a ball is seen to
+    /// move when it moves by `error`, metres; infinite when nothing bounds it: near the eye, where
+    /// a panorama has its poles, and where an extreme fisheye looks behind itself.
     pub fn movement(&self, centre: DVec3, radius: f64, error: f64) -> f64 {
         if error <= 0.0 {
             return 0.0;

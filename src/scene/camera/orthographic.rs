@@ -4,7 +4,8 @@ use glam::{DVec2, DVec3};
 
 use crate::{Error, Result};
 
-/// Holds the height of the film, metres. Its plane is at right angles to the view and holds the eye; what is behind it is not seen.
+/// Holds the height of the film, metres. Its plane is at right angles to the view and holds the
+/// eye; what is behind it is not seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Orthographic {
     height: f64,
@@ -20,12 +21,12 @@ impl Orthographic {
         )))
     }
 
-    /// Gives the pixels per metre.
+    /// Returns the pixels per metre.
     pub(super) fn scale(self, size: DVec2) -> f64 {
         size.y / self.height
     }
 
-    /// Gives where the ray of a film position starts, as the camera has it.
+    /// Returns where the ray of a film position starts, as the camera has it.
     pub(super) fn origin(self, film: DVec2, size: DVec2) -> DVec3 {
         ((film - 0.5 * size) / self.scale(size)).extend(0.0)
     }

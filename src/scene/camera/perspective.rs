@@ -22,12 +22,13 @@ impl Perspective {
         )))
     }
 
-    /// Gives the side of a pixel on the film at distance 1: the tangent of the angle a pixel in the middle of the picture is seen under.
+    /// Returns the side of a pixel on the film at distance 1: the tangent of the angle a pixel in
+    /// the middle of the picture is seen under.
     fn pixel(self, size: DVec2) -> f64 {
         2.0 * self.half / size.y
     }
 
-    /// Gives the cosine of the angle between the view and the corners of the picture.
+    /// Returns the cosine of the angle between the view and the corners of the picture.
     fn corner_cosine(self, size: DVec2) -> f64 {
         let corner = self.half * DVec2::new(size.x / size.y, 1.0);
         1.0 / (1.0 + corner.length_squared()).sqrt()
@@ -38,7 +39,8 @@ impl Perspective {
         at.extend(1.0).normalize()
     }
 
-    /// Gives where a direction meets the film, and there the pixels^2 per steradian: those of the middle over the cube of the cosine.
+    /// Returns where a direction meets the film, and there the pixels^2 per steradian: those of the
+    /// middle over the cube of the cosine.
     pub(super) fn film(self, direction: DVec3, size: DVec2) -> Option<(DVec2, f64)> {
         let cosine = direction.z;
         let pixel = self.pixel(size);
@@ -46,10 +48,11 @@ impl Perspective {
         (cosine > 0.0).then(|| (film, (pixel * pixel * cosine.powi(3)).recip()))
     }
 
-    /// Bounds the movement in the picture, pixels, of what moves by `error` at a distance of at least `distance`.
+    /// Bounds the movement in the picture, pixels, of what moves by `error` at a distance of at
+    /// least `distance`.
     ///
-    /// A point at distance r moves on the film (at distance 1) from X / z to (X + a) / (z + b), |(a, b)| <= E. The difference
-    /// (a z - X b) / (z (z + b)) is at most E (r / z) / (z - E). In the picture z >= r cos c, c the angle between the view and the corners, so
+    /// A point at distance r moves on the film (at distance 1) from X / z to (X + a) / (z + b),
+    /// |(a, b)| <= E. The difference (a z - X b) / (z (z + b)) is at most E (r / z) / (z - E). In the picture z >= r cos c, c the angle between the view and the corners, so
     /// that this is at most E / (cos c (d cos c - E)).
     pub(super) fn movement(self, distance: f64, error: f64, size: DVec2) -> f64 {
         let cosine = self.corner_cosine(size);

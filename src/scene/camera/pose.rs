@@ -5,11 +5,13 @@ use glam::DVec3;
 use crate::math::unit;
 use crate::{Error, Result};
 
-/// Holds the eye and three axes at right angles, of length 1: to the right and downwards in the picture, and forward.
+/// Holds the eye and three axes at right angles, of length 1: to the right and downwards in the
+/// picture, and forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pose {
     pub(super) eye: DVec3,
-    /// Where the camera was told to look, of length 1; a panorama turns forward into the horizontal.
+    /// Where the camera was told to look, of length 1; a panorama turns forward into the
+    /// horizontal.
     view: DVec3,
     pub(super) right: DVec3,
     pub(super) down: DVec3,
@@ -39,7 +41,8 @@ impl Pose {
         Ok(self)
     }
 
-    /// Turns the camera so that `up` is upwards in the picture and the view, seen from above, stays as it is.
+    /// Turns the camera so that `up` is upwards in the picture and the view, seen from above, stays
+    /// as it is.
     pub(super) fn upright(self, up: DVec3) -> Result<Self> {
         let turned = self.with_up(up)?;
         // `with_up` has refused what has no direction.
@@ -52,7 +55,7 @@ impl Pose {
         v.x * self.right + v.y * self.down + v.z * self.forward
     }
 
-    /// Gives a point of the room as the camera has it: to the right, downwards, forward, metres.
+    /// Returns a point of the room as the camera has it: to the right, downwards, forward, metres.
     pub(super) fn local(&self, point: DVec3) -> DVec3 {
         let v = point - self.eye;
         DVec3::new(v.dot(self.right), v.dot(self.down), v.dot(self.forward))

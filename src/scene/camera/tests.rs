@@ -173,7 +173,8 @@ fn density_is_the_film_area_of_a_small_surface() {
 
 #[test]
 fn film_density_makes_up_the_whole_field_of_view() {
-    // The integral of 1/density over the film at distance 1 is the solid angle; the middle rule on 200 x 200 cells, cut at circles.
+    // The integral of 1/density over the film at distance 1 is the solid angle; the middle rule on
+    // 200 x 200 cells, cut at circles.
     for (camera, exact) in [
         (Camera::panorama(EYE, TO, DVec3::Z, [64, 32]), 4.0 * PI),
         (Camera::fisheye(EYE, TO, FisheyeMapping::Equidistant, PI, [40, 40]), 2.0 * PI),
@@ -193,7 +194,8 @@ fn film_density_makes_up_the_whole_field_of_view() {
 
 #[test]
 fn movements_are_bounded_in_every_picture() {
-    // Balls in all directions, points all over them, moved in all directions: none is seen to move farther than the bound.
+    // Balls in all directions, points all over them, moved in all directions: none is seen to move
+    // farther than the bound.
     let spread = |n: u32| {
         (0..n).map(move |i| {
             uniform_sphere([

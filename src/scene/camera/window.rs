@@ -2,7 +2,8 @@
 
 use crate::{Error, Result};
 
-/// Bounds a part of a picture, pixels: from the column and row `min` to before `max`, counted from the top left.
+/// Bounds a part of a picture, pixels: from the column and row `min` to before `max`, counted from
+/// the top left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Window {
     min: [u32; 2],
@@ -25,31 +26,33 @@ impl Window {
         }
         let [x0, y0, x1, y1] = [min[0], min[1], max[0], max[1]];
         Err(Error::Parameter(format!(
-            "the crop {x0},{y0},{x1},{y1} holds no pixel: write left,top,right,bottom, the last two above the first two"
+            "empty crop {x0},{y0},{x1},{y1}: write left,top,right,bottom; right must exceed left, \
+             bottom top"
         )))
     }
 
-    /// Gives the column and row of the first pixel.
+    /// Returns the column and row of the first pixel.
     pub const fn min(&self) -> [u32; 2] {
         self.min
     }
 
-    /// Gives the column and row behind the last pixel.
+    /// Returns the column and row behind the last pixel.
     pub const fn max(&self) -> [u32; 2] {
         self.max
     }
 
-    /// Gives the number of columns and rows.
+    /// Returns the number of columns and rows.
     pub const fn size(&self) -> [u32; 2] {
         [self.max[0] - self.min[0], self.max[1] - self.min[1]]
     }
 
-    /// Tells whether a picture of this size holds all of it.
+    /// Whether a picture of this size holds all of it.
     pub const fn is_within(&self, resolution: [u32; 2]) -> bool {
         self.max[0] <= resolution[0] && self.max[1] <= resolution[1]
     }
 
-    /// Gives the same part of the same picture with half the columns and rows, at least one pixel of it.
+    /// Returns the same part of the same picture with half the columns and rows, at least one pixel
+    /// of it.
     #[must_use]
     pub fn halved(&self) -> Self {
         Self { min: self.min.map(|n| n / 2), max: self.max.map(|n| n.div_ceil(2)) }

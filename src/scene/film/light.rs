@@ -6,27 +6,28 @@ use crate::math::Rgb;
 
 /// Separates what came straight from a source from what was reflected before.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Light {
+pub struct SplitLight {
     /// Straight from lights and emitting surfaces.
     pub direct: Rgb,
     /// After at least one reflection.
     pub indirect: Rgb,
 }
 
-impl Light {
-    /// What a walk or a path brings that is spoilt by a place, a normal or a flux that is no number: it is counted, and nothing of it is added.
-    pub const SPOILT: Self = Self { direct: Rgb::BLACK, indirect: Rgb::grey(f64::NAN) };
+impl SplitLight {
+    /// What a walk or a path brings whose light is not finite, by a place, a normal or a flux that
+    /// is no number: it is counted, and nothing of it is added.
+    pub const NON_FINITE: Self = Self { direct: Rgb::BLACK, indirect: Rgb::grey(f64::NAN) };
 
     /// What roundings leave at most of a sum whose terms are all taken off again, relative to the
     /// sum.
     pub(crate) const ROUNDING: f64 = 1e-12;
 
-    /// Gives both together.
+    /// Returns both together.
     pub fn total(&self) -> Rgb {
         self.direct + self.indirect
     }
 
-    /// Gives it without what is no more than the roundings of a sum of this size.
+    /// Returns it without what is no more than the roundings of a sum of this size.
     pub(crate) fn above_rounding(self, of: &Self) -> Self {
         let above = |light: Rgb, of: Rgb| {
             let components = [0, 1, 2].map(|i| {
@@ -38,13 +39,13 @@ impl Light {
         Self { direct: above(self.direct, of.direct), indirect: above(self.indirect, of.indirect) }
     }
 
-    /// Tells whether all components are finite numbers.
+    /// Whether all components are finite numbers.
     pub fn is_finite(&self) -> bool {
         self.direct.is_finite() && self.indirect.is_finite()
     }
 }
 
-impl Add for Light {
+impl Add for SplitLight {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -52,7 +53,7 @@ impl Add for Light {
     }
 }
 
-impl Sub for Light {
+impl Sub for SplitLight {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
@@ -60,7 +61,7 @@ impl Sub for Light {
     }
 }
 
-impl Mul<f64> for Light {
+impl Mul<f64> for SplitLight {
     type Output = Self;
 
     fn mul(self, factor: f64) -> Self {
@@ -68,7 +69,7 @@ impl Mul<f64> for Light {
     }
 }
 
-impl Div<f64> for Light {
+impl Div<f64> for SplitLight {
     type Output = Self;
 
     fn div(self, divisor: f64) -> Self {
@@ -76,7 +77,7 @@ impl Div<f64> for Light {
     }
 }
 
-impl std::iter::Sum for Light {
+impl std::iter::Sum for SplitLight {
     fn sum<I: Iterator<Item = Self>>(lights: I) -> Self {
         lights.fold(Self::default(), Self::add)
     }

@@ -1,4 +1,5 @@
-//! The film: per pixel the weighted sums of its samples, for every replicate by itself, from which mean and standard error follow.
+//! The film: per pixel the weighted sums of its samples, for every replicate by itself, from which
+//! mean and standard error follow.
 //!
 //! A pixel takes 192 bytes with 32 replicates: 4096 x 4096 pixels are 3 GiB.
 
@@ -10,8 +11,8 @@ mod tests;
 
 use rayon::prelude::*;
 
-pub use self::light::Light;
-pub(crate) use self::stage::LONGEST;
+pub use self::light::SplitLight;
+pub(crate) use self::stage::MAX_STRIDE_LOG2;
 
 use self::stage::Stage;
 use crate::math::Rgb;
@@ -21,12 +22,15 @@ use crate::{Error, Result};
 /// The most pixels of one film: 8192 x 8192, which takes 12 GiB with 32 replicates.
 pub const MAX_PIXELS: usize = 1 << 26;
 
-/// Pixels darker than this part of the image's mean are asked for the error that one of this luminance may have.
-pub const DARKEST: f64 = 0.1;
+/// Pixels darker than this part of the image's mean are asked for the error that one of this
+/// luminance may have.
+pub const MIN_RELATIVE_LUMINANCE: f64 = 0.1;
 
-/// Accumulates one sample per pixel and pass; pass p belongs to replicate p mod R, all R replicates being independent.
+/// Accumulates one sample per pixel and pass; pass p belongs to replicate p mod R, all R replicates
+/// being independent.
 ///
-/// The replicates keep luminance only; the standard error is that of the luminance. [`Film::plan`] lets pixels that are known well enough rest.
+/// The replicates keep luminance only; the standard error is that of the luminance. [`Film::plan`]
+/// lets pixels that are known well enough rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
     pub(crate) width: usize,
@@ -35,7 +39,7 @@ pub struct Film {
     /// Whether the present stage has strides and random numbers of its own.
     pub(crate) planned: bool,
     pub(crate) samples: u64,
-    pub(crate) spoilt: u64,
+    pub(crate) non_finite: u64,
     /// The sum over passes of the flux that left the scene.
     pub(crate) escaped: Rgb,
     pub(crate) pixels: Vec<Pixel>,
@@ -46,17 +50,19 @@ pub struct Film {
 /// Holds the weighted sum of the samples of one pixel, and how it is sampled at present.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Pixel {
-    pub(crate) light: Light,
+    pub(crate) light: SplitLight,
     /// The weight of samples that were not finite; counted, never added.
-    pub(crate) spoilt: f32,
-    /// The sum over complete stages of rounds times stride: the variance is that of a round times this over the square of all rounds.
+    pub(crate) non_finite: f32,
+    /// The sum over complete stages of rounds times stride: the variance is that of a round times
+    /// this over the square of all rounds.
     pub(crate) spread: f32,
     /// The logarithm of the stride.
     pub(crate) stride: u8,
 }
 
 impl Film {
-    /// Starts an empty film of `width` x `height` pixels with `replicates` (at least 2) independent replicates.
+    /// Starts an empty film of `width` x `height` pixels with `replicates` (at least 2) independent
+    /// replicates.
     ///
     /// # Errors
     /// [`Error::Parameter`] without any pixel, above [`MAX_PIXELS`], or when there is no memory.
@@ -71,7 +77,8 @@ impl Film {
         };
         if n == 0 {
             return Err(Error::Parameter(format!(
-                "an image of {width} x {height} pixels is empty: it needs at least one pixel each way"
+                "an image of {width} x {height} pixels is empty: it needs at least one pixel each \
+                 way"
             )));
         }
         if n > MAX_PIXELS {
@@ -84,49 +91,51 @@ impl Film {
             passes: 0,
             planned: false,
             samples: 0,
-            spoilt: 0,
+            non_finite: 0,
             escaped: Rgb::BLACK,
             pixels: filled(n).ok_or_else(no_memory)?,
             sums: filled(n * replicates).ok_or_else(no_memory)?,
         })
     }
 
-    /// Gives width and height.
+    /// Returns width and height.
     pub fn size(&self) -> [usize; 2] {
         [self.width, self.pixels.len() / self.width]
     }
 
-    /// Gives the number of complete passes.
+    /// Returns the number of complete passes.
     pub fn passes(&self) -> usize {
         self.passes as usize
     }
 
-    /// Gives the number of independent replicates that have at least one pass.
+    /// Returns the number of independent replicates that have at least one pass.
     pub fn replicates(&self) -> usize {
         self.replicates.min(self.passes())
     }
 
-    /// Gives the replicate of the next pass.
+    /// Returns the replicate of the next pass.
     pub fn replicate(&self) -> usize {
         self.passes() % self.replicates
     }
 
-    /// Gives the number of samples of all pixels together.
+    /// Returns the number of samples of all pixels together.
     pub fn samples(&self) -> u64 {
         self.samples
     }
 
-    /// Gives the number of the present stage's own scramble of random numbers; 0 where the run goes on with those it began with.
+    /// Returns the number of the present stage's own scramble of random numbers; 0 where the run
+    /// goes on with those it began with.
     pub fn scramble(&self) -> u64 {
         if self.planned { self.stage().start } else { 0 }
     }
 
-    /// Gives the index of the next pass in its scramble.
+    /// Returns the index of the next pass in its scramble.
     pub fn round(&self) -> u64 {
         if self.planned { self.rounds() - self.stage().start } else { self.rounds() }
     }
 
-    /// Gives the index, in the present scramble, of the sample that a pixel takes in the next pass; `None` when it rests.
+    /// Returns the index, in the present scramble, of the sample that a pixel takes in the next
+    /// pass; `None` when it rests.
     pub fn index(&self, pixel: usize) -> Option<u64> {
         let (stage, stride) = (self.stage(), self.pixels[pixel].stride);
         let within = self.rounds() - stage.start;
@@ -134,9 +143,10 @@ impl Film {
         active.then_some(if self.planned { within >> stride } else { self.rounds() })
     }
 
-    /// Adds a complete pass: a sample, cd/m2, for every pixel, top row first. What is there for a pixel that rests is left out, so light that
-    /// walks send to any pixel may be added to the samples before.
-    pub fn add_pass(&mut self, samples: &[Light]) {
+    /// Adds a complete pass: a sample, cd/m2, for every pixel, top row first. What is there for a
+    /// pixel that rests is left out, so light that walks send to any pixel may be added to the
+    /// samples before.
+    pub fn add_pass(&mut self, samples: &[SplitLight]) {
         let (replicate, stage) = (self.replicate(), self.stage());
         let within = self.rounds() - stage.start;
         let counts = (self.pixels.par_iter_mut())
@@ -149,7 +159,7 @@ impl Film {
                 }
                 let weight = f64::from(1_u32 << pixel.stride);
                 if !sample.is_finite() {
-                    pixel.spoilt += weight as f32;
+                    pixel.non_finite += weight as f32;
                     return [1, 1];
                 }
                 pixel.light.direct += sample.direct * weight;
@@ -157,9 +167,9 @@ impl Film {
                 sums[replicate] += (sample.total().luminance() * weight) as f32;
                 [1, 0]
             });
-        let [taken, spoilt] = counts.reduce(|| [0, 0], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        let [taken, non_finite] = counts.reduce(|| [0, 0], |a, b| [a[0] + b[0], a[1] + b[1]]);
         self.samples += taken;
-        self.spoilt += spoilt;
+        self.non_finite += non_finite;
         self.passes += 1;
     }
 
@@ -168,56 +178,58 @@ impl Film {
         self.escaped += flux;
     }
 
-    /// Gives the flux that left the scene, summed over passes.
+    /// Returns the flux that left the scene, summed over passes.
     pub fn escaped(&self) -> Rgb {
         self.escaped
     }
 
-    /// Gives the number of samples that were not finite numbers.
-    pub fn spoilt(&self) -> u64 {
-        self.spoilt
+    /// Returns the number of samples that were not finite numbers.
+    pub fn non_finite(&self) -> u64 {
+        self.non_finite
     }
 
-    /// Gives the mean colour of a pixel, cd/m2; black before its first sample.
+    /// Returns the mean colour of a pixel, cd/m2; black before its first sample.
     pub fn pixel(&self, pixel: usize) -> Rgb {
         self.light(pixel).total()
     }
 
-    /// Gives the mean of a pixel, direct light by itself.
-    pub fn light(&self, pixel: usize) -> Light {
+    /// Returns the mean of a pixel, direct light by itself.
+    pub fn light(&self, pixel: usize) -> SplitLight {
         let weight = self.weight(pixel);
-        if weight > 0.0 { self.pixels[pixel].light / weight } else { Light::default() }
+        if weight > 0.0 { self.pixels[pixel].light / weight } else { SplitLight::default() }
     }
 
-    /// Gives the mean colour of every pixel, cd/m2, top row first; black before the first pass.
+    /// Returns the mean colour of every pixel, cd/m2, top row first; black before the first pass.
     pub fn image(&self) -> Vec<Rgb> {
         (0..self.pixels.len()).map(|i| self.pixel(i)).collect()
     }
 
-    /// Gives the part of [`Film::image`] that came straight from lights and emitting surfaces.
+    /// Returns the part of [`Film::image`] that came straight from lights and emitting surfaces.
     pub fn direct(&self) -> Vec<Rgb> {
         (0..self.pixels.len()).map(|i| self.light(i).direct).collect()
     }
 
-    /// Gives the part of [`Film::image`] that was reflected before.
+    /// Returns the part of [`Film::image`] that was reflected before.
     pub fn indirect(&self) -> Vec<Rgb> {
         (0..self.pixels.len()).map(|i| self.light(i).indirect).collect()
     }
 
-    /// Gives the standard error of the luminance of a pixel, cd/m2; infinite before two replicates have samples.
+    /// Returns the standard error of the luminance of a pixel, cd/m2; infinite before two
+    /// replicates have samples.
     pub fn standard_error(&self, pixel: usize) -> f64 {
         let (used, squares) =
             self.deviations(pixel).fold((0, 0.0), |(used, squares), d| (used + 1, squares + d * d));
         spread(used, squares)
     }
 
-    /// Gives the standard error of the luminance of every pixel, cd/m2; infinite before two replicates have samples.
+    /// Returns the standard error of the luminance of every pixel, cd/m2; infinite before two
+    /// replicates have samples.
     pub fn standard_errors(&self) -> Vec<f64> {
         (0..self.pixels.len()).into_par_iter().map(|i| self.standard_error(i)).collect()
     }
 
-    /// Gives the mean luminance of the whole image and its standard error from the replicates' means: pixels share walks, so their errors
-    /// do not average out independently.
+    /// Returns the mean luminance of the whole image and its standard error from the replicates'
+    /// means: pixels share walks, so their errors do not average out independently.
     pub fn mean(&self) -> (f64, f64) {
         let n = self.pixels.len() as f64;
         let mut totals = vec![0.0; self.replicates];
@@ -230,13 +242,15 @@ impl Film {
         (mean / n, spread(self.replicates(), squares))
     }
 
-    /// Gives the median over pixels with light of the standard error relative to the mean; `None` before two replicates.
+    /// Returns the median over pixels with light of the standard error relative to the mean; `None`
+    /// before two replicates.
     pub fn median_relative_error(&self) -> Option<f64> {
         let lit = (0..self.pixels.len()).map(|i| (self.pixel(i).luminance(), i));
         median(lit.filter(|(y, _)| *y > 0.0).map(|(y, i)| self.standard_error(i) / y))
     }
 
-    /// Gives what a replicate's share in the mean of a pixel differs from what it would be if all agreed, replicates with samples only.
+    /// Returns what a replicate's share in the mean of a pixel differs from what it would be if all
+    /// agreed, replicates with samples only.
     fn deviations(&self, pixel: usize) -> impl Iterator<Item = f64> {
         let sums = &self.sums[pixel * self.replicates..][..self.replicates];
         let [more, fewer] = self.replicate_weights(pixel);
@@ -247,15 +261,16 @@ impl Film {
         weighed.filter(|(_, w)| *w > 0.0).map(move |(s, w)| (s - w * mean) / total)
     }
 
-    /// Gives the weight of all finite samples of a pixel.
+    /// Returns the weight of all finite samples of a pixel.
     fn weight(&self, pixel: usize) -> f64 {
         let [more, fewer] = self.replicate_weights(pixel);
         let split = self.replicate() as f64;
-        let spoilt = f64::from(self.pixels[pixel].spoilt);
-        more * split + fewer * (self.replicates as f64 - split) - spoilt
+        let non_finite = f64::from(self.pixels[pixel].non_finite);
+        more * split + fewer * (self.replicates as f64 - split) - non_finite
     }
 
-    /// Gives the weight of a pixel in the replicates that are in the present round already, and in the others.
+    /// Returns the weight of a pixel in the replicates that are in the present round already, and
+    /// in the others.
     fn replicate_weights(&self, pixel: usize) -> [f64; 2] {
         let (stage, stride) = (self.stage(), self.pixels[pixel].stride);
         let within = self.rounds() - stage.start;
@@ -271,7 +286,7 @@ impl Film {
     }
 }
 
-/// Gives the standard error from the sum of squared deviations of so many replicates.
+/// Returns the standard error from the sum of squared deviations of so many replicates.
 fn spread(used: usize, squares: f64) -> f64 {
     if used < 2 { f64::INFINITY } else { (squares * used as f64 / (used - 1) as f64).sqrt() }
 }

@@ -3,27 +3,30 @@
 use rayon::prelude::*;
 
 use super::stage::Stage;
-use super::{DARKEST, Film};
+use super::{Film, MIN_RELATIVE_LUMINANCE};
 
-/// What part of the target a stage aims at: an error from 32 replicates is itself known to 13 %, and 19 of 20 pixels must show less than the target.
+/// What part of the target a stage aims at: an error from 32 replicates is itself known to 13 %,
+/// and 19 of 20 pixels must show less than the target.
 const AIM: f64 = 0.8;
 
 impl Film {
-    /// Tells whether a stage is complete and none has begun, so that the error may be judged and the next stage planned.
+    /// Whether a stage is complete and none has begun, so that the error may be judged and the next
+    /// stage planned.
     pub fn is_between_stages(&self) -> bool {
         self.passes > 0
             && self.passes.is_multiple_of(self.replicates as u64)
             && self.rounds().is_power_of_two()
     }
 
-    /// Gives the number of passes at the end of the stage that is under way or begins.
+    /// Returns the number of passes at the end of the stage that is under way or begins.
     pub fn stage_end(&self) -> u64 {
         let stage = self.stage();
         (stage.start + stage.length) * self.replicates as u64
     }
 
-    /// Plans the stage that begins: with a `target` for the relative error, pixels take part in as few of its rounds as will meet the target after it,
-    /// from what the stages before showed in the pixel and its eight neighbours; without, in all. To be called where
+    /// Plans the stage that begins: with a `target` for the relative error, pixels take part in as
+    /// few of its rounds as will meet the target after it, from what the stages before showed in
+    /// the pixel and its eight neighbours; without, in all. To be called where
     /// [`Film::is_between_stages`].
     pub fn plan(&mut self, target: Option<f64>) {
         let stage = self.stage();
@@ -38,7 +41,8 @@ impl Film {
         }
     }
 
-    /// Gives the standard error relative to the pixel's luminance, or to [`DARKEST`] of the image's mean where that is more, which a `share` of the
+    /// Returns the standard error relative to the pixel's luminance, or to
+    /// [`MIN_RELATIVE_LUMINANCE`] of the image's mean where that is more, which a `share` of the
     /// pixels do not exceed; `None` before two replicates.
     pub fn relative_error_of(&self, share: f64) -> Option<f64> {
         if self.replicates() < 2 {
@@ -50,7 +54,8 @@ impl Film {
         Some(f64::from(*error))
     }
 
-    /// Gives the share of the pixels whose relative error, as of [`Film::relative_error_of`], is at most `target`.
+    /// Returns the share of the pixels whose relative error, as of [`Film::relative_error_of`], is
+    /// at most `target`.
     pub fn share_within(&self, target: f64) -> f64 {
         let errors = self.relative_errors();
         errors.iter().filter(|e| f64::from(**e) <= target).count() as f64 / errors.len() as f64
@@ -63,7 +68,7 @@ impl Film {
             let error = self.standard_error(i);
             // In a black image nothing is left to know.
             if error > 0.0 {
-                (error / self.pixel(i).luminance().max(DARKEST * mean)) as f32
+                (error / self.pixel(i).luminance().max(MIN_RELATIVE_LUMINANCE * mean)) as f32
             } else {
                 0.0
             }
@@ -79,7 +84,8 @@ impl Film {
         }
         let stride = |i: usize| {
             let of_round = f64::from(variances[i]).max(self.mean_around(&variances, i));
-            // After the stage the variance is that of a round times (spread + rounds x stride) / (2 rounds)^2.
+            // After the stage the variance is that of a round times (spread + rounds x stride) / (2
+            // rounds)^2.
             let allowed = (2.0 * rounds * AIM * target).powi(2) / of_round;
             let stride = (allowed - f64::from(self.pixels[i].spread)) / rounds;
             (0..=stage.longest()).rev().find(|s| f64::from(1_u32 << s) <= stride).unwrap_or(0)
@@ -87,7 +93,7 @@ impl Film {
         (0..self.pixels.len()).into_par_iter().map(stride).collect()
     }
 
-    /// Gives the mean over a pixel and its neighbours.
+    /// Returns the mean over a pixel and its neighbours.
     fn mean_around(&self, values: &[f32], i: usize) -> f64 {
         let [width, height] = self.size();
         let (x, y) = (i % width, i / width);

@@ -1,14 +1,16 @@
 //! The stages of a run, and which of their rounds a pixel takes part in.
 //!
-//! A round is one pass for each replicate. Stages double what there is: round 0, round 1, rounds 2 and 3, 4 to 7, 8 to 15, ...
-//! Within a stage a pixel of stride s takes part in one round of every s and weighs its sample by s. Strides are fixed before their stage
-//! begins, so a stage has the same weight in the mean of a pixel whatever was seen before, and the mean of a fixed number of stages is unbiased:
-//! each stage is, given all earlier ones. Numbers of samples that followed what was seen would give bright accidents a lower weight.
+//! A round is one pass for each replicate. Stages double what there is: round 0, round 1, rounds 2
+//! and 3, 4 to 7, 8 to 15, ... Within a stage a pixel of stride s takes part in one round of every
+//! s and weighs its sample by s. Strides are fixed before their stage begins, so a stage has the
+//! same weight in the mean of a pixel whatever was seen before, and the mean of a fixed number of
+//! stages is unbiased: each stage is, given all earlier ones. Numbers of samples that followed what
+//! was seen would give bright accidents a lower weight.
 
 use crate::math::hash;
 
 /// The largest stride is 2 to this power: a pixel that is known takes part in one round of 64.
-pub(crate) const LONGEST: u8 = 6;
+pub(crate) const MAX_STRIDE_LOG2: u8 = 6;
 
 /// Says where in a run a number of complete rounds is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,7 +22,7 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// Gives the stage of a round.
+    /// Returns the stage of a round.
     pub(super) fn of(round: u64) -> Self {
         match round.checked_ilog2() {
             None => Self { start: 0, length: 1 },
@@ -28,17 +30,19 @@ impl Stage {
         }
     }
 
-    /// Gives the logarithm of the largest stride the stage has room for.
+    /// Returns the logarithm of the largest stride the stage has room for.
     pub(super) fn longest(&self) -> u8 {
-        (self.length.ilog2() as u8).min(LONGEST)
+        (self.length.ilog2() as u8).min(MAX_STRIDE_LOG2)
     }
 
-    /// Gives which round of every s a pixel takes part in, s = 2^`stride`; it follows from nothing seen.
+    /// Returns which round of every s a pixel takes part in, s = 2^`stride`; it follows from
+    /// nothing seen.
     pub(super) fn phase(&self, pixel: usize, stride: u8) -> u64 {
         if stride == 0 { 0 } else { hash([pixel as u64, self.start]) & ((1 << stride) - 1) }
     }
 
-    /// Gives the weight of what a pixel has gathered in one replicate when the first `rounds` of the stage are done, the earlier stages included.
+    /// Returns the weight of what a pixel has gathered in one replicate when the first `rounds` of
+    /// the stage are done, the earlier stages included.
     pub(super) fn weight(&self, pixel: usize, stride: u8, rounds: u64) -> u64 {
         let rest = rounds & ((1 << stride) - 1);
         let begun = u64::from(rest > self.phase(pixel, stride));

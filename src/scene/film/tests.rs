@@ -3,8 +3,8 @@
 use super::*;
 use crate::math::hash;
 
-fn grey(v: f64) -> Light {
-    Light { direct: Rgb::grey(0.25 * v), indirect: Rgb::grey(0.75 * v) }
+fn grey(v: f64) -> SplitLight {
+    SplitLight { direct: Rgb::grey(0.25 * v), indirect: Rgb::grey(0.75 * v) }
 }
 
 fn film(passes: &[f64]) -> Film {
@@ -40,22 +40,23 @@ fn error_is_that_of_the_replicate_means() {
 }
 
 #[test]
-fn spoilt_samples_are_counted_not_averaged() {
+fn non_finite_samples_are_counted_not_averaged() {
     let film = film(&[1.0, f64::NAN, 1.0, f64::INFINITY]);
-    assert_eq!((film.spoilt(), film.image()[0].luminance()), (2, 1.0));
+    assert_eq!((film.non_finite(), film.image()[0].luminance()), (2, 1.0));
 }
 
 /// Pixels in the middle of the four kinds.
 const KINDS: [usize; 4] = [1, 5, 9, 13];
 
-/// Fills a film of 16 pixels by stages with samples of mean 1, four pixels of each kind: steady, noisy, very noisy, and rarely more than nothing.
+/// Fills a film of 16 pixels by stages with samples of mean 1, four pixels of each kind: steady,
+/// noisy, very noisy, and rarely more than nothing.
 fn adaptive(seed: u64, rounds: usize, target: Option<f64>) -> Film {
     let mut film = Film::new([16, 1], 32).expect("small");
     for pass in 0..32 * rounds {
         if film.is_between_stages() {
             film.plan(target);
         }
-        let samples: [Light; 16] = std::array::from_fn(|pixel| {
+        let samples: [SplitLight; 16] = std::array::from_fn(|pixel| {
             let u = (hash([seed, pixel as u64, pass as u64]) >> 11) as f64 / (1_u64 << 53) as f64;
             grey(match pixel / 4 {
                 0 => 1.0 + 0.02 * (u - 0.5),
@@ -72,7 +73,8 @@ fn adaptive(seed: u64, rounds: usize, target: Option<f64>) -> Film {
 
 #[test]
 fn pixels_that_rest_stay_unbiased_and_their_errors_right() {
-    // 600 seeds; each of 4 means is judged at 4 standard errors: false alarms in 3e-4 of all choices of seeds.
+    // 600 seeds; each of 4 means is judged at 4 standard errors: false alarms in 3e-4 of all
+    // choices of seeds.
     let (runs, rounds) = (600, 16);
     let films: Vec<Film> = (0..runs).map(|seed| adaptive(seed, rounds, Some(0.1))).collect();
     for pixel in KINDS {
@@ -95,7 +97,8 @@ fn pixels_that_rest_stay_unbiased_and_their_errors_right() {
 
 #[test]
 fn samples_in_proportion_to_what_was_seen_would_be_biased_and_stages_are_not() {
-    // The rare pixel after two rounds and as many more only where something was seen: the mean by counting samples is low there.
+    // The rare pixel after two rounds and as many more only where something was seen: the mean by
+    // counting samples is low there.
     let (runs, mut counted, mut staged) = (4000, 0.0, 0.0);
     for seed in 0..runs {
         let of = |rounds: std::ops::Range<u64>| {
@@ -159,7 +162,7 @@ fn share_of_pixels_within_a_target_is_counted_with_a_floor() {
     assert_eq!(Film::new([1, 1], 4).expect("small").relative_error_of(0.95), None);
     // A black image has nothing to learn.
     let mut black = Film::new([2, 1], 2).expect("small");
-    (0..2).for_each(|_| black.add_pass(&[Light::default(); 2]));
+    (0..2).for_each(|_| black.add_pass(&[SplitLight::default(); 2]));
     assert_eq!(black.relative_error_of(0.95), Some(0.0));
 }
 

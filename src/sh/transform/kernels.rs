@@ -1,4 +1,5 @@
-//! The inner loops of the transform: sums over degrees at rings, and over rings for each degree, eight mirrored pairs of rings side by side.
+//! The inner loops of the transform: sums over degrees at rings, and over rings for each degree,
+//! eight mirrored pairs of rings side by side.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f64x8};
@@ -9,8 +10,9 @@ use crate::sh::two_step::{Quad, Step, advance, sum_steps};
 /// Steps of the recurrence whose sums stay in the first-level cache while the rings pass by.
 const TILE: usize = 64;
 
-/// Amplitudes of one order on eight pairs of rings, four numbers a pair. Towards samples: cosine and sine of the northern ring, then of the southern; towards coefficients: cosine
-/// and sine of the even part, then of the odd part times z.
+/// Amplitudes of one order on eight pairs of rings, four numbers a pair. Towards samples: cosine
+/// and sine of the northern ring, then of the southern; towards coefficients: cosine and sine of
+/// the even part, then of the odd part times z.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Amplitudes(pub(super) [Lanes; 4]);
@@ -49,7 +51,7 @@ fn power<S: Simd>(simd: S, base: f64x8<S>, m: usize) -> f64x8<S> {
     result
 }
 
-/// Gives how many groups may pass through the recurrence together before the registers run out.
+/// Returns how many groups may pass through the recurrence together before the registers run out.
 #[inline(always)]
 fn widest<S: Simd>(_: S) -> usize {
     if S::f64s::LEN >= LANES { 4 } else { 1 }
@@ -69,7 +71,8 @@ fn across<S: Simd>(simd: S, Amplitudes(sums): &Amplitudes) -> Quad {
     [a + c, b + d, e + g, f + h]
 }
 
-/// Sums over degrees: turns the folded coefficients of one order into amplitudes at the rings of each zone.
+/// Sums over degrees: turns the folded coefficients of one order into amplitudes at the rings of
+/// each zone.
 pub(super) fn sum_degrees(
     level: Level,
     order: &Order,

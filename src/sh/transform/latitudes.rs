@@ -1,4 +1,5 @@
-//! The rings of a grid in mirrored pairs, and the sums along theta over them; the inner loops are in `kernels`.
+//! The rings of a grid in mirrored pairs, and the sums along theta over them; the inner loops are
+//! in `kernels`.
 
 use std::f64::consts::PI;
 
@@ -18,7 +19,8 @@ pub(super) struct Scratch {
     sums: RingSums,
 }
 
-/// What contributes less than this share of the largest possible value to a ring is left out: Q_l^m is that small on rings near the poles.
+/// What contributes less than this share of the largest possible value to a ring is left out: Q_l^m
+/// is that small on rings near the poles.
 const NEGLIGIBLE: f64 = 1e-22;
 
 /// The rings of a grid in mirrored pairs, the poles first, in groups of eight.
@@ -65,7 +67,7 @@ impl Latitudes {
         }
     }
 
-    /// Gives the number of groups.
+    /// Returns the number of groups.
     pub(super) fn groups(&self) -> usize {
         self.zones.len()
     }
@@ -86,7 +88,8 @@ impl Latitudes {
         self.pairs.iter().map(&mut deal).enumerate().collect()
     }
 
-    /// Sums over degrees: fills the amplitudes of order `m` on all rings, one entry a group; entries of negligible groups stay as they are.
+    /// Sums over degrees: fills the amplitudes of order `m` on all rings, one entry a group;
+    /// entries of negligible groups stay as they are.
     pub(super) fn sum_degrees(
         &self,
         recurrence: &TwoStep,
@@ -101,7 +104,8 @@ impl Latitudes {
         kernels::sum_degrees(self.level, &order, folded, &self.zones[first..], &mut row[first..]);
     }
 
-    /// Turns samples into amplitudes of even and odd parts, one entry an order; `ring` gives the samples and the weight of a ring.
+    /// Turns samples into amplitudes of even and odd parts, one entry an order; `ring` gives the
+    /// samples and the weight of a ring.
     pub(super) fn fold_rings<'a>(
         &self,
         group: usize,
@@ -133,7 +137,8 @@ impl Latitudes {
         });
     }
 
-    /// Sums over rings: `amplitudes` holds an entry for each group and order, group after group; `moments` receives A_lm and B_lm for l = m, m + 1, ...
+    /// Sums over rings: `amplitudes` holds an entry for each group and order, group after group;
+    /// `moments` receives A_lm and B_lm for l = m, m + 1, ...
     pub(super) fn sum_rings(
         &self,
         recurrence: &TwoStep,
@@ -180,7 +185,8 @@ fn mirrored_pairs(rings: &[(f64, f64)]) -> Vec<Pair> {
     pairs
 }
 
-/// Gives for each order m the logarithm of the largest |Q_l^m / sin^m|: that of l = lmax at the pole, sqrt((l+m)!/(l-m)!) / (2^m m!).
+/// Returns for each order m the logarithm of the largest |Q_l^m / sin^m|: that of l = lmax at the
+/// pole, sqrt((l+m)!/(l-m)!) / (2^m m!).
 fn largest_logarithms(lmax: usize) -> impl Iterator<Item = f64> {
     let step = move |logarithm: &mut f64, m: usize| {
         if m > 0 {

@@ -1,7 +1,10 @@
-//! The transform between samples on a grid and coefficients: Legendre sums along theta, rustfft along phi.
+//! The transform between samples on a grid and coefficients: Legendre sums along theta, rustfft
+//! along phi.
 //!
-//! Rings at theta and pi - theta share their Legendre functions but for the sign of those of odd l - m; eight such pairs fill a vector. All sums over degrees
-//! run on the two-step recurrence (see `two_step`), order by order; the two rings of a pair go through one complex FFT as its real and imaginary parts.
+//! Rings at theta and pi - theta share their Legendre functions but for the sign of those of odd
+//! l - m; eight such pairs fill a vector. All sums over degrees run on the two-step recurrence (see
+//! `two_step`), order by order; the two rings of a pair go through one complex FFT as its real and
+//! imaginary parts.
 
 mod kernels;
 mod latitudes;
@@ -18,10 +21,11 @@ use kernels::Amplitudes;
 use latitudes::{Latitudes, Scratch};
 use rings::{Rings, Spectra};
 
-/// Transforms between the coefficients of degree `lmax` and the samples of one grid; built once, used for any number of functions.
+/// Transforms between the coefficients of degree `lmax` and the samples of one grid; built once,
+/// used for any number of functions.
 ///
-/// Memory: 40 bytes per pair (l, m) with even l - m, 20 MB at degree 1400; a transform takes 32 bytes more per ring and order while it runs. Results do not depend on the number of
-/// threads.
+/// Memory: 40 bytes per pair (l, m) with even l - m, 20 MB at degree 1400; a transform takes 32
+/// bytes more per ring and order while it runs. Results do not depend on the number of threads.
 ///
 /// ```
 /// use harmolux::sh::{Coefficients, Grid, Transform};
@@ -45,14 +49,16 @@ pub struct Transform {
 }
 
 impl Transform {
-    /// Prepares the transform of degree `lmax` on a grid; it runs on all threads of the pool it is called in.
+    /// Prepares the transform of degree `lmax` on a grid; it runs on all threads of the pool it is
+    /// called in.
     ///
     /// # Errors
     /// [`Error::Parameter`] above degree [`MAX_DEGREE`].
     pub fn new(lmax: usize, grid: Grid) -> Result<Self> {
         if lmax > MAX_DEGREE {
             return Err(Error::Parameter(format!(
-                "degree {lmax} is above {MAX_DEGREE}, the highest that f64 can evaluate; truncate the series"
+                "degree {lmax} is above {MAX_DEGREE}, the highest that f64 can evaluate; truncate \
+                 the series"
             )));
         }
         Ok(Self {
@@ -71,18 +77,18 @@ impl Transform {
         self
     }
 
-    /// Gives the grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// Gives the truncation degree.
+    /// Returns the truncation degree.
     pub fn lmax(&self) -> usize {
         self.recurrence.lmax()
     }
 
-    /// Evaluates a series of degree up to `lmax` on all samples, ring by ring in the order of the grid. Orders that the azimuths cannot tell apart alias, exactly as sampling
-    /// makes them.
+    /// Evaluates a series of degree up to `lmax` on all samples, ring by ring in the order of the
+    /// grid. Orders that the azimuths cannot tell apart alias, exactly as sampling makes them.
     ///
     /// # Errors
     /// [`Error::Parameter`] when the series has a higher degree than the transform.
@@ -90,7 +96,8 @@ impl Transform {
         let (lmax, degree) = (self.lmax(), coefficients.lmax());
         if degree > lmax {
             return Err(Error::Parameter(format!(
-                "a transform of degree {lmax} cannot take a series of degree {degree}: truncate the series, or prepare a transform of its degree"
+                "a transform of degree {lmax} cannot take a series of degree {degree}: truncate \
+                 the series, or prepare a transform of its degree"
             )));
         }
         let (groups, amplitudes) = (self.latitudes.groups(), self.sum_degrees(coefficients));
@@ -103,11 +110,14 @@ impl Transform {
         Ok(samples)
     }
 
-    /// Projects samples onto the basis: A_lm = (2l+1)/(2 pi eps_m) int f Q_l^m cos(m phi) d omega, B_lm with the sine, by the quadrature of the grid. `samples` ring by ring
-    /// as [`Transform::synthesis`] gives them. Exact for band-limited functions; those with higher degrees alias, so oversample what is not.
+    /// Projects samples onto the basis: A_lm = (2l+1)/(2 pi eps_m) int f Q_l^m cos(m phi) d omega,
+    /// B_lm with the sine, by the quadrature of the grid. `samples` ring by ring as
+    /// [`Transform::synthesis`] gives them. Exact for band-limited functions; those with higher
+    /// degrees alias, so oversample what is not.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when the number of samples does not fit the grid or the grid is too coarse for `lmax`.
+    /// [`Error::Parameter`] when the number of samples does not fit the grid or the grid is too
+    /// coarse for `lmax`.
     pub fn analysis(&self, samples: &[f64]) -> Result<Coefficients> {
         self.check_analysis(samples.len())?;
         let (lmax, n) = (self.lmax(), self.grid.azimuths());
@@ -120,7 +130,7 @@ impl Transform {
         Ok(self.sum_rings(&amplitudes))
     }
 
-    /// Gives the amplitudes of all orders and groups, order after order.
+    /// Returns the amplitudes of all orders and groups, order after order.
     fn sum_degrees(&self, coefficients: &Coefficients) -> Vec<Amplitudes> {
         let groups = self.latitudes.groups();
         let mut amplitudes = vec![Amplitudes::ZERO; (self.lmax() + 1) * groups];
@@ -153,14 +163,16 @@ impl Transform {
         }
         if lmax > self.grid.band_limit() {
             return Err(Error::Parameter(format!(
-                "a grid of {rings} rings x {n} azimuths resolves degree {} at most, asked for was {lmax}: take a finer grid or a lower degree",
+                "a grid of {rings} rings x {n} azimuths resolves degree {} at most, asked for was \
+                 {lmax}: take a finer grid or a lower degree",
                 self.grid.band_limit()
             )));
         }
         Ok(())
     }
 
-    /// Runs a task on each item, on all threads or on this one; the memory that a task is given goes from item to item.
+    /// Runs a task on each item, on all threads or on this one; the memory that a task is given
+    /// goes from item to item.
     fn each<T: Send, M: Default>(&self, items: Vec<T>, task: impl Fn(&mut M, T) + Sync + Send) {
         if self.parallel {
             items.into_par_iter().for_each_init(M::default, task);
@@ -173,7 +185,8 @@ impl Transform {
     }
 }
 
-/// Evaluates a series on all samples of a grid, ring by ring; see [`Transform`] for many series on one grid.
+/// Evaluates a series on all samples of a grid, ring by ring; see [`Transform`] for many series on
+/// one grid.
 ///
 /// # Errors
 /// [`Error::Parameter`] when the degree is too high to evaluate.
@@ -184,7 +197,8 @@ pub fn synthesis(coefficients: &Coefficients, grid: &Grid) -> Result<Vec<f64>> {
 /// Projects samples on a grid onto the basis up to degree `lmax`; see [`Transform::analysis`].
 ///
 /// # Errors
-/// [`Error::Parameter`] when the number of values does not fit the grid, the grid is too coarse for `lmax`, or the degree too high to evaluate.
+/// [`Error::Parameter`] when the number of values does not fit the grid, the grid is too coarse for
+/// `lmax`, or the degree too high to evaluate.
 pub fn analysis(values: &[f64], grid: &Grid, lmax: usize) -> Result<Coefficients> {
     Transform::new(lmax, grid.clone())?.analysis(values)
 }

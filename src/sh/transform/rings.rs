@@ -42,8 +42,9 @@ impl Rings {
         }
     }
 
-    /// Fills up to eight pairs of rings from their amplitudes: sum_m A_m cos(m phi) + B_m sin(m phi) = Re sum_m (A_m - i B_m) e^(i m phi); orders past n alias onto m mod n,
-    /// which is exact at the samples.
+    /// Fills up to eight pairs of rings from their amplitudes: sum_m A_m cos(m phi) + B_m sin(m
+    /// phi) = Re sum_m (A_m - i B_m) e^(i m phi); orders past n alias onto m mod n, which is exact
+    /// at the samples.
     pub(super) fn synthesise<'a>(
         &self,
         level: Level,
@@ -130,7 +131,8 @@ impl Spectra {
         }
     }
 
-    /// Gives the integrals over phi of the samples times cos(m phi) and sin(m phi): of the northern rings, then of the southern (zero where there is none).
+    /// Returns the integrals over phi of the samples times cos(m phi) and sin(m phi): of the
+    /// northern rings, then of the southern (zero where there is none).
     #[inline(always)]
     pub(super) fn harmonics<S: Simd>(&self, simd: S, m: usize) -> [f64x8<S>; 4] {
         let below = if m == 0 { 0 } else { self.n - m };

@@ -1,8 +1,10 @@
 //! How far two shapes are from each other, each a series or a mesh.
 //!
-//! In space: the two-sided Hausdorff distance, as an interval that is certain (meshes by branch and bound, see [`farthest_point`]; series through
-//! a mesh whose own bounded distance is added), and the angle between the normals at nearest points. About one centre: the radial difference,
-//! by Parseval's theorem for two series, by quadrature on the faces for a series and a mesh, by rays for two meshes.
+//! In space: the two-sided Hausdorff distance, as an interval that is certain (meshes by branch and
+//! bound, see [`farthest_point`]; series through a mesh whose own bounded distance is added), and
+//! the angle between the normals at nearest points. About one centre: the radial difference, by
+//! Parseval's theorem for two series, by quadrature on the faces for a series and a mesh, by rays
+//! for two meshes.
 
 mod radial;
 mod side;
@@ -42,21 +44,24 @@ pub struct Comparison {
     pub areas: [f64; 2],
 }
 
-/// Encloses the Hausdorff distance of two surfaces: the largest distance of a point of either from the other, metres.
+/// Encloses the Hausdorff distance of two surfaces: the largest distance of a point of either from
+/// the other, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hausdorff {
     /// The distance is not less.
     pub lower: f64,
-    /// The distance is not more; infinite where a series is of so high a degree that its mesh has no bounded error.
+    /// The distance is not more; infinite where a series is of so high a degree that its mesh has
+    /// no bounded error.
     pub upper: f64,
-    /// The largest distance of the first from the second, and of the second from the first, between the meshes that stand for them.
+    /// The largest distance of the first from the second, and of the second from the first, between
+    /// the meshes that stand for them.
     pub one_sided: [FarthestPoint; 2],
     /// How far the mesh that stands for a series is from it; `None` for meshes.
     pub chord_errors: [Option<ChordError>; 2],
 }
 
-/// Holds the angles, radians, between the outward normal at points spread evenly by area over both shapes and the normal at the nearest point of
-/// the other.
+/// Holds the angles, radians, between the outward normal at points spread evenly by area over both
+/// shapes and the normal at the nearest point of the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NormalAngles {
     /// The mean.
@@ -72,13 +77,15 @@ pub struct NormalAngles {
 pub struct DistanceMap {
     /// The mesh: the first shape, or the mesh that stands for it.
     pub mesh: Mesh,
-    /// Per vertex the distance to the nearest point of the second shape, metres; positive where that is outside the first (ahead of the vertex's normal).
+    /// Per vertex the distance to the nearest point of the second shape, metres; positive where
+    /// that is outside the first (ahead of the vertex's normal).
     pub distances: Vec<f64>,
 }
 
 impl DistanceMap {
-    /// Gives a colour for each vertex, from blue (negative) over white to red, and the distance at which they are full, the largest;
-    /// the strength of a colour grows with the square root, so that small differences show beside a large one.
+    /// Returns a colour for each vertex, from blue (negative) over white to red, and the distance
+    /// at which they are full, the largest; the strength of a colour grows with the square root, so
+    /// that small differences show beside a large one.
     pub fn colours(&self) -> (Vec<[u8; 3]>, f64) {
         let end = self.distances.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let share = |d: &f64| if end > 0.0 { d / end } else { 0.0 };
@@ -86,7 +93,7 @@ impl DistanceMap {
     }
 }
 
-/// Gives the colour of -1 to 1: blue, white, red, which all kinds of colour vision tell apart.
+/// Returns the colour of -1 to 1: blue, white, red, which all kinds of colour vision tell apart.
 fn diverging(share: f64) -> [u8; 3] {
     const ENDS: [[f64; 3]; 2] = [[0.0, 114.0, 178.0], [178.0, 24.0, 43.0]];
     let end = ENDS[usize::from(share > 0.0)];
@@ -97,14 +104,15 @@ fn diverging(share: f64) -> [u8; 3] {
 /// Sets a comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompareSettings {
-    /// How wide the interval of the Hausdorff distance may be, metres; `None` for a thousandth of the size (the radius of the ball of
-    /// equal area of the larger one).
+    /// How wide the interval of the Hausdorff distance may be, metres; `None` for a thousandth of
+    /// the size (the radius of the ball of equal area of the larger one).
     pub width: Option<f64>,
     /// The centre about which the radii of two meshes are compared.
     pub centre: DVec3,
 }
 
-/// The share of the width that the meshes of series may take: their bound is some times the chord error that is measured.
+/// The share of the width that the meshes of series may take: their bound is some times the chord
+/// error that is measured.
 const CHORD_SHARE: f64 = 0.1;
 /// The default width relative to the size.
 const RELATIVE_WIDTH: f64 = 1e-3;
@@ -123,8 +131,9 @@ impl<'a> Pair<'a> {
     /// Makes two shapes ready: a series becomes a mesh fine enough for the width of the interval.
     ///
     /// # Errors
-    /// [`Error::Geometry`] for a radius that is not positive, a mesh without faces or area or with vertices that are not finite;
-    /// [`Error::Parameter`] for a width that is not positive or takes too many faces, and for a degree too high.
+    /// [`Error::Geometry`] for a radius that is not positive, a mesh without faces or area or with
+    /// vertices that are not finite; [`Error::Parameter`] for a width that is not positive or takes
+    /// too many faces, and for a degree too high.
     pub fn new(a: Subject<'a>, b: Subject<'a>, settings: &CompareSettings) -> Result<Self> {
         let width = width(a, b, settings)?;
         let side = |subject| Side::new(subject, CHORD_SHARE * width);
@@ -136,7 +145,8 @@ impl<'a> Pair<'a> {
     /// Compares them.
     ///
     /// # Errors
-    /// [`Error::Numeric`] and [`Error::Parameter`] as the integrals over the shapes; none is known for shapes that could be made ready.
+    /// [`Error::Numeric`] and [`Error::Parameter`] as the integrals over the shapes; none is known
+    /// for shapes that could be made ready.
     pub fn compare(&self) -> Result<Comparison> {
         let ([a, b], sides) = (self.subjects, &self.sides);
         Ok(Comparison {
@@ -170,7 +180,8 @@ pub fn compare(a: Subject, b: Subject, settings: &CompareSettings) -> Result<Com
     Pair::new(a, b, settings)?.compare()
 }
 
-/// Adds up the area vectors around each vertex: the sign of a distance needs no more than the side they look to.
+/// Adds up the area vectors around each vertex: the sign of a distance needs no more than the side
+/// they look to.
 fn vertex_normals(mesh: &Mesh) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; mesh.positions().len()];
     for (face, vertices) in mesh.triangles().iter().enumerate() {
@@ -194,7 +205,8 @@ fn width(a: Subject, b: Subject, settings: &CompareSettings) -> Result<f64> {
 
 fn hausdorff([a, b]: &[Side; 2], width: f64) -> Hausdorff {
     let chord_errors = [a.chord_error, b.chord_error];
-    // The Hausdorff distance obeys the triangle inequality: two series are as far apart as their meshes, give or take the meshes' own distances.
+    // The Hausdorff distance obeys the triangle inequality: two series are as far apart as their
+    // meshes, give or take the meshes' own distances.
     let around: f64 =
         chord_errors.iter().flatten().map(|error| error.bound.unwrap_or(f64::INFINITY)).sum();
     let open = if around < 0.5 * width { width - 2.0 * around } else { 0.5 * width };

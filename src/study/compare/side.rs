@@ -57,7 +57,7 @@ impl Side {
         self.surface.mesh()
     }
 
-    /// Gives the outward normal of the shape at a point of its mesh.
+    /// Returns the outward normal of the shape at a point of its mesh.
     pub(super) fn normal(&self, point: DVec3, face: u32) -> DVec3 {
         match &self.series {
             Some((series, centre)) => series_point(series, *centre, point).1,
@@ -65,7 +65,8 @@ impl Side {
         }
     }
 
-    /// Gives point `i` of a sequence that fills the surface evenly by area, and the outward normal there.
+    /// Returns point `i` of a sequence that fills the surface evenly by area, and the outward
+    /// normal there.
     pub(super) fn sample(&self, i: u64) -> (DVec3, DVec3) {
         let u = Stream::new(Randomness::Sobol, SEED, i).next_2d();
         let hit = self.surface.sample_area(DVec2::from_array(u)).hit;
@@ -76,7 +77,8 @@ impl Side {
     }
 }
 
-/// Gives the point of a series in the direction of `point` and its outward normal, along f omega - grad_S f.
+/// Returns the point of a series in the direction of `point` and its outward normal, along f
+/// omega - grad_S f.
 fn series_point(series: &Series, centre: DVec3, point: DVec3) -> (DVec3, DVec3) {
     let direction = (point - centre).normalize();
     let jet = series.jet(direction);
@@ -84,7 +86,7 @@ fn series_point(series: &Series, centre: DVec3, point: DVec3) -> (DVec3, DVec3) 
     (centre + jet.value * direction, normal)
 }
 
-/// Gives the absolute mean radius of a series; of a mesh the radius of the ball of equal area.
+/// Returns the absolute mean radius of a series; of a mesh the radius of the ball of equal area.
 pub(super) fn size(subject: Subject) -> f64 {
     match subject {
         Subject::Series(shape) => shape.coefficients.mean().abs(),

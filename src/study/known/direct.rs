@@ -1,4 +1,5 @@
-//! Direct light between black surfaces: point lights by I cos/d^2, rectangles and faces of boxes by Lambert's formula less what a box or a rectangle hides.
+//! Direct light between black surfaces: point lights by I cos/d^2, rectangles and faces of boxes by
+//! Lambert's formula less what a box or a rectangle hides.
 //!
 //! Cases 5.2, 5.3, 5.4, 5.6 and 5.7 of CIE 171 are of this kind.
 
@@ -56,7 +57,7 @@ pub(super) fn direct(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
     Ok(Box::new(move |sensor| found.illuminance(sensor)))
 }
 
-/// Gives the exitance of a black Lambert material.
+/// Returns the exitance of a black Lambert material.
 fn exitance(file: &SceneFile, material: &str) -> Result<f64, Mismatch> {
     let (reflectance, exitance) = lambert(file, material)?;
     if !reflectance.is_black() {
@@ -110,12 +111,13 @@ fn box_face(
 }
 
 impl Face {
-    /// Gives how far a point is before the face.
+    /// Returns how far a point is before the face.
     fn height(&self, point: DVec3) -> f64 {
         (point - self.corners[0]).dot(self.normal)
     }
 
-    /// Tells whether the face stands before a point, as far as it can hide anything: whether the point is off its plane, on a side that can be seen.
+    /// Whether the face stands before a point, as far as it can hide anything: whether the point is
+    /// off its plane, on a side that can be seen.
     fn stands_before(&self, point: DVec3) -> bool {
         let size = self.corners[0].distance(self.corners[2]);
         let height = self.height(point);
@@ -123,7 +125,7 @@ impl Face {
         self.hides && before > NEAR * size
     }
 
-    /// Tells whether the face meets the segment between two points off its plane.
+    /// Whether the face meets the segment between two points off its plane.
     fn cuts(&self, from: DVec3, to: DVec3) -> bool {
         let [a, b] = [from, to].map(|p| self.height(p));
         if a * b >= 0.0 {
@@ -140,7 +142,8 @@ impl Face {
 }
 
 impl Direct<'_> {
-    /// Refuses objects that touch the walls of the room or are outside, if they emit or hide: only what is certainly before a wall is seen.
+    /// Rejects objects that touch the walls of the room or are outside, if they emit or hide: only
+    /// what is certainly before a wall is seen.
     fn check_room(&self, file: &SceneFile) -> Result<(), Mismatch> {
         let Some(room) = self.room else { return Ok(()) };
         let margin = DVec3::splat(NEAR * (room.max - room.min).max_element());
@@ -179,7 +182,7 @@ impl Direct<'_> {
         Ok(sum)
     }
 
-    /// Gives the configuration factor of what is seen of a face that emits.
+    /// Returns the configuration factor of what is seen of a face that emits.
     fn seen(&self, lamp: &Face, at: DVec3, normal: DVec3) -> Result<f64, Mismatch> {
         let all = polygon(&lamp.corners, at, normal);
         let mut hidden = 0.0;

@@ -1,4 +1,5 @@
-//! Closed rooms whose light is known: spheres, alone, divided by a disc or one in the other, and the cube.
+//! Closed rooms whose light is known: spheres, alone, divided by a disc or one in the other, and
+//! the cube.
 
 use std::f64::consts::PI;
 
@@ -14,7 +15,8 @@ use crate::exact::enclosures::{CapAndDisc, ConcentricSpheres, IntegratingSphere}
 use crate::io::scene_file::{BoxFace, DiscSpec, ObjectSpec, SceneFile, SphereSpec};
 use crate::scene::Sensor;
 
-/// Gives what the wall of a sphere receives: of each lamp by itself, and M0/(1 - rho) of its own emission.
+/// Returns what the wall of a sphere receives: of each lamp by itself, and M0/(1 - rho) of its own
+/// emission.
 pub(super) fn sphere(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
     let (name, object) = only_object(file)?;
     let ObjectSpec::Sphere(wall) = object else {
@@ -45,7 +47,8 @@ pub(super) fn sphere(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
     }))
 }
 
-/// Gives what a cap and the disc that closes it receive. The disc emits to the side of its normal only, the sphere to both.
+/// Returns what a cap and the disc that closes it receive. The disc emits to the side of its normal
+/// only, the sphere to both.
 pub(super) fn cap(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
     let (wall, disc) = match two_objects(file)? {
         [ObjectSpec::Sphere(wall), ObjectSpec::Disc(disc)]
@@ -86,7 +89,7 @@ pub(super) fn cap(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
     }))
 }
 
-/// Gives what two concentric spheres receive from each other and, the outer one, from itself.
+/// Returns what two concentric spheres receive from each other and, the outer one, from itself.
 pub(super) fn concentric(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
     let [ObjectSpec::Sphere(one), ObjectSpec::Sphere(other)] = two_objects(file)? else {
         return differs("its two objects are not both spheres");
@@ -113,7 +116,7 @@ pub(super) fn concentric(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
     }))
 }
 
-/// Gives what the faces of a cube receive (case 5.8 of CIE 171), pointwise.
+/// Returns what the faces of a cube receive (case 5.8 of CIE 171), pointwise.
 pub(super) fn cube(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
     let (name, object) = only_object(file)?;
     let ObjectSpec::Box(room) = object else {
@@ -159,7 +162,7 @@ fn require(lies: bool) -> Result<(), Mismatch> {
     if lies { Ok(()) } else { Err(Mismatch::Sensor(ASIDE)) }
 }
 
-/// Tells whether a sensor is on a sphere and looks the way of its normal.
+/// Whether a sensor is on a sphere and looks the way of its normal.
 fn on_sphere(sensor: &Sensor, sphere: &SphereSpec) -> bool {
     let off = sensor.at - sphere.centre;
     let outward = if sphere.inward { -1.0 } else { 1.0 };
@@ -167,7 +170,7 @@ fn on_sphere(sensor: &Sensor, sphere: &SphereSpec) -> bool {
         && same(sensor.normal, outward * off.normalize_or_zero())
 }
 
-/// Tells whether a sensor in the plane of a disc is inside its rim and looks to either side.
+/// Whether a sensor in the plane of a disc is inside its rim and looks to either side.
 fn on_disc(sensor: &Sensor, disc: &DiscSpec) -> bool {
     let inside = sensor.at.distance(disc.centre) < disc.radius;
     inside && [disc.normal, -disc.normal].into_iter().any(|n| same(sensor.normal, n))

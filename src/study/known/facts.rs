@@ -7,7 +7,8 @@ use crate::io::scene_file::{DistributionSpec, LightSpec, MaterialSpec, ObjectSpe
 use crate::math::Rgb;
 use crate::study::load;
 
-/// How far places may differ, relative to the size of the problem, and unit vectors from each other.
+/// How far places may differ, relative to the size of the problem, and unit vectors from each
+/// other.
 pub(super) const NEAR: f64 = 1e-9;
 
 /// A grey Lambert material.
@@ -23,7 +24,7 @@ pub(super) fn differs<T>(what: impl Into<String>) -> Result<T, Mismatch> {
     Err(Mismatch::Scene(what.into()))
 }
 
-/// Gives a Lambert material.
+/// Returns a Lambert material.
 pub(super) fn lambert(file: &SceneFile, name: &str) -> Result<(Rgb, Rgb), Mismatch> {
     match file.materials.get(name) {
         Some(MaterialSpec::Lambert(spec)) => Ok((spec.reflectance, spec.exitance)),
@@ -31,7 +32,7 @@ pub(super) fn lambert(file: &SceneFile, name: &str) -> Result<(Rgb, Rgb), Mismat
     }
 }
 
-/// Gives a Lambert material that is grey.
+/// Returns a Lambert material that is grey.
 pub(super) fn grey(file: &SceneFile, name: &str) -> Result<Grey, Mismatch> {
     let (reflectance, exitance) = lambert(file, name)?;
     let is_grey = |colour: Rgb| colour.0[0] == colour.0[1] && colour.0[1] == colour.0[2];
@@ -41,7 +42,7 @@ pub(super) fn grey(file: &SceneFile, name: &str) -> Result<Grey, Mismatch> {
     Ok(Grey { reflectance: reflectance.0[0], exitance: exitance.0[0] })
 }
 
-/// Gives the reflectance of a grey Lambert material that does not emit.
+/// Returns the reflectance of a grey Lambert material that does not emit.
 pub(super) fn dark(file: &SceneFile, name: &str) -> Result<f64, Mismatch> {
     let Grey { reflectance, exitance } = grey(file, name)?;
     if exitance > 0.0 {
@@ -50,7 +51,7 @@ pub(super) fn dark(file: &SceneFile, name: &str) -> Result<f64, Mismatch> {
     Ok(reflectance)
 }
 
-/// Gives the only object.
+/// Returns the only object.
 pub(super) fn only_object(file: &SceneFile) -> Result<(&str, &ObjectSpec), Mismatch> {
     match file.objects.first_key_value() {
         Some((name, object)) if file.objects.len() == 1 => Ok((name, object)),
@@ -58,7 +59,7 @@ pub(super) fn only_object(file: &SceneFile) -> Result<(&str, &ObjectSpec), Misma
     }
 }
 
-/// Gives both objects of a scene that has two, in the order of their names.
+/// Returns both objects of a scene that has two, in the order of their names.
 pub(super) fn two_objects(file: &SceneFile) -> Result<[&ObjectSpec; 2], Mismatch> {
     let objects: Vec<&ObjectSpec> = file.objects.values().collect();
     match objects[..] {
@@ -67,7 +68,7 @@ pub(super) fn two_objects(file: &SceneFile) -> Result<[&ObjectSpec; 2], Mismatch
     }
 }
 
-/// Gives the only light, isotropic and white.
+/// Returns the only light, isotropic and white.
 pub(super) fn only_lamp(file: &SceneFile) -> Result<&LightSpec, Mismatch> {
     match lamps(file)?[..] {
         [lamp] => Ok(lamp),
@@ -75,7 +76,7 @@ pub(super) fn only_lamp(file: &SceneFile) -> Result<&LightSpec, Mismatch> {
     }
 }
 
-/// Gives all lights, if they are isotropic and white.
+/// Returns all lights, if they are isotropic and white.
 pub(super) fn lamps(file: &SceneFile) -> Result<Vec<&LightSpec>, Mismatch> {
     for (name, light) in &file.lights {
         if light.distribution != DistributionSpec::Isotropic {
@@ -88,7 +89,7 @@ pub(super) fn lamps(file: &SceneFile) -> Result<Vec<&LightSpec>, Mismatch> {
     Ok(file.lights.values().collect())
 }
 
-/// Refuses lights that are no surface.
+/// Rejects lights that are no surface.
 pub(super) fn no_lamps(file: &SceneFile) -> Result<(), Mismatch> {
     match file.lights.first_key_value() {
         Some((name, _)) => differs(format!("there is a light `{name}`")),
@@ -96,12 +97,12 @@ pub(super) fn no_lamps(file: &SceneFile) -> Result<(), Mismatch> {
     }
 }
 
-/// Gives the intensity of an isotropic light, cd.
+/// Returns the intensity of an isotropic light, cd.
 pub(super) fn intensity(lamp: &LightSpec) -> f64 {
     load::light("", lamp).intensity.luminance()
 }
 
-/// Tells whether two unit vectors are the same.
+/// Whether two unit vectors are the same.
 pub(super) fn same(a: DVec3, b: DVec3) -> bool {
     a.distance(b) <= NEAR
 }

@@ -1,11 +1,12 @@
-//! The furnace: where all that is seen has one luminance L, every point receives pi L, whatever the shapes are.
+//! The furnace: where all that is seen has one luminance L, every point receives pi L, whatever the
+//! shapes are.
 
 use super::facts::{NEAR, differs, lambert, no_lamps};
 use super::{Mismatch, Result, Solution};
 use crate::io::scene_file::{BoxFace, ObjectSpec, SceneFile};
 use crate::math::Rgb;
 
-/// Gives C, with which each material emits C (1 - reflectance).
+/// Returns C, with which each material emits C (1 - reflectance).
 pub(super) fn furnace(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
     no_lamps(file)?;
     let mut rooms = 0;
@@ -27,7 +28,8 @@ pub(super) fn furnace(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
             if !(0..3).all(same) {
                 let found = [own, known].map(Rgb::luminance);
                 return differs(format!(
-                    "exitance / (1 - reflectance) is {} for material `{material}` and {} for another",
+                    "exitance / (1 - reflectance) is {} for material `{material}` and {} for \
+                     another",
                     found[0], found[1]
                 ));
             }
@@ -40,7 +42,7 @@ pub(super) fn furnace(file: &SceneFile) -> Result<Solution<'_>, Mismatch> {
     Ok(Box::new(move |_| Ok(illuminance)))
 }
 
-/// Gives the materials of an object that are to be seen.
+/// Returns the materials of an object that are to be seen.
 fn materials(object: &ObjectSpec) -> Vec<&str> {
     match object {
         ObjectSpec::Box(spec) => BoxFace::ALL.map(|face| spec.face_material(face)).to_vec(),

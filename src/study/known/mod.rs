@@ -1,6 +1,8 @@
-//! What sensors are known to receive, by `[compare]`: written values, or the exact solution of the problem that the scene states.
+//! What sensors are known to receive, by `[compare]`: written values, or the exact solution of the
+//! problem that the scene states.
 //!
-//! A problem is recognised from the scene as it stands, whatever its sizes and strengths are; a scene that is another problem is refused with what differs.
+//! A problem is recognised from the scene as it stands, whatever its sizes and strengths are; a
+//! scene that is another problem is refused with what differs.
 
 mod direct;
 mod enclosures;
@@ -32,15 +34,17 @@ impl From<Error> for Mismatch {
     }
 }
 
-/// Gives the exact illuminance, lx, of a sensor.
+/// Returns the exact illuminance, lx, of a sensor.
 type Solution<'a> = Box<dyn Fn(&Sensor) -> Result<f64, Mismatch> + 'a>;
 
-/// Gives the known illuminances, lx, of a group's sensors; `None` when `[compare]` does not name it. For a sensor behind an object it means nothing.
+/// Returns the known illuminances, lx, of a group's sensors; `None` when `[compare]` does not name
+/// it. For a sensor behind an object it means nothing.
 ///
 /// # Errors
-/// [`crate::Error::Input`] that points at the group in `[compare]`: a number of values that is not that of the sensors, a scene that is not the problem
-/// named, sensors that are not where the problem has an answer.
-pub fn known(file: &SceneFile, group: &SensorGroup) -> Result<Option<Vec<f64>>> {
+/// [`crate::Error::Input`] that points at the group in `[compare]`: a number of values that is not
+/// that of the sensors, a scene that is not the problem named, sensors that are not where the
+/// problem has an answer.
+pub fn known_illuminance(file: &SceneFile, group: &SensorGroup) -> Result<Option<Vec<f64>>> {
     let Some(spec) = file.compare.get(&group.name) else { return Ok(None) };
     let fault = |message: String, help: &str| {
         file.source.error(&["compare", &group.name], message, Some(help.to_owned()))
@@ -104,42 +108,56 @@ const fn text(problem: ExactProblem) -> Text {
     match problem {
         ExactProblem::Sobolev => Text {
             title: "Sobolev's problem",
-            needs: "it needs two planes that face each other, grey Lambert materials that do not emit, one point light of colour white between them, and nothing else",
+            needs: "it needs two planes that face each other, grey Lambert materials that do not \
+                    emit, one point light of colour white between them, and nothing else",
             places: "lay all sensors on the planes, their normals like those of the planes",
         },
         ExactProblem::Discs => Text {
             title: "Sobolev's problem between discs",
-            needs: "it needs two discs of one radius that face each other, grey Lambert materials that do not emit, one point light of colour white on their axis between them, and nothing else",
-            places: "lay all sensors in the planes of the discs, their normals like those of the discs",
+            needs: "it needs two discs of one radius that face each other, grey Lambert materials \
+                    that do not emit, one point light of colour white on their axis between them, \
+                    and nothing else",
+            places: "lay all sensors in the planes of the discs, their normals like those of the \
+                     discs",
         },
         ExactProblem::Sphere => Text {
             title: "the inside of a sphere",
-            needs: "it needs one sphere with `inward = true` of a grey Lambert material that may emit, point lights of colour white, and nothing else",
+            needs: "it needs one sphere with `inward = true` of a grey Lambert material that may \
+                    emit, point lights of colour white, and nothing else",
             places: "lay all sensors on the sphere, their normals towards its centre",
         },
         ExactProblem::Cap => Text {
             title: "a sphere that a disc divides",
-            needs: "it needs one sphere with `inward = true`, one disc whose rim is on it, grey Lambert materials of which at least one emits, and nothing else",
-            places: "lay all sensors on the sphere, their normals towards its centre, or on either side of the disc",
+            needs: "it needs one sphere with `inward = true`, one disc whose rim is on it, grey \
+                    Lambert materials of which at least one emits, and nothing else",
+            places: "lay all sensors on the sphere, their normals towards its centre, or on \
+                     either side of the disc",
         },
         ExactProblem::Concentric => Text {
             title: "the space between two concentric spheres",
-            needs: "it needs a sphere and a larger one with `inward = true` about the same centre, grey Lambert materials of which at least one emits, and nothing else",
+            needs: "it needs a sphere and a larger one with `inward = true` about the same \
+                    centre, grey Lambert materials of which at least one emits, and nothing else",
             places: "lay all sensors on the spheres, their normals into the space between them",
         },
         ExactProblem::Cube => Text {
             title: "a cube with a lamp in its middle",
-            needs: "it needs one box with `inward = true` of equal edges, one grey Lambert material on all faces that does not emit, one point light of colour white in its middle, and nothing else",
+            needs: "it needs one box with `inward = true` of equal edges, one grey Lambert \
+                    material on all faces that does not emit, one point light of colour white in \
+                    its middle, and nothing else",
             places: "lay all sensors on the faces of the box, their normals into it",
         },
         ExactProblem::Furnace => Text {
             title: "a furnace",
-            needs: "it needs one box or sphere with `inward = true` around closed shapes of any kind, Lambert materials with exitance = C (1 - reflectance), C the same in all of them, and no other lights; everything then receives C",
+            needs: "it needs one box or sphere with `inward = true` around closed shapes of any \
+                    kind, Lambert materials with exitance = C (1 - reflectance), C the same in \
+                    all of them, and no other lights; everything then receives C",
             places: "lay all sensors in the room",
         },
         ExactProblem::Direct => Text {
             title: "direct light between black surfaces",
-            needs: "it needs boxes and rectangles of Lambert materials of reflectance 0, some of which may emit, and point lights; at most one box with `inward = true` is the room around it all",
+            needs: "it needs boxes and rectangles of Lambert materials of reflectance 0, some of \
+                    which may emit, and point lights; at most one box with `inward = true` is the \
+                    room around it all",
             places: "lay all sensors in the room where at most one object hides any of the lights",
         },
     }

@@ -94,7 +94,7 @@ impl<'a> Sobolev<'a> {
         Ok(Self { problem, sides, lamp })
     }
 
-    /// Tells on which side a sensor is, and how far from the axis.
+    /// Returns on which side a sensor is, and how far from the axis.
     fn place(&self, sensor: &Sensor) -> Result<(Plane, f64), Mismatch> {
         let along = self.sides[0].normal;
         let lies = |side: &Side| {

@@ -3,12 +3,13 @@ use std::path::Path;
 use super::*;
 use crate::study::load;
 
-/// Reads a scene of the repository with overrides and asks what is known of each of its groups; gives the first refusal.
+/// Reads a scene of the repository with overrides and asks what is known of each of its groups;
+/// gives the first refusal.
 fn refusal(name: &str, overrides: &[(&str, &str)]) -> Option<String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes/exact").join(name);
     let file = SceneFile::read(&path, overrides).expect("a valid scene");
     let loaded = load(&file).expect("loads");
-    let known = |group| known(&file, group).err().map(|error| error.to_string());
+    let known = |group| known_illuminance(&file, group).err().map(|error| error.to_string());
     loaded.sensors.iter().find_map(known)
 }
 

@@ -1,8 +1,11 @@
-//! From boxes to nodes of eight: obvhs builds a binary tree, which is cut into wide nodes and leaves at the least cost.
+//! From boxes to nodes of eight: obvhs builds a binary tree, which is cut into wide nodes and
+//! leaves at the least cost.
 //!
-//! The cost of a wide tree is the expected work of a ray: the area of every node and leaf times what it costs to open it (surface
-//! area heuristic). The cut that makes it least follows bottom-up: with C(n, i) the least cost of the boxes below binary node n as
-//! at most i wide children (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017),
+//! The cost of a wide tree is the expected work of a ray: the area of every node and leaf times
+//! what it costs to open it (surface area heuristic). The cut that makes it least follows
+//! bottom-up: with C(n, i) the least cost of the boxes below binary node n as at most i wide
+//! children (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through
+//! Compressed Wide BVHs", 2017),
 //!     C(n, 1) = min(cost of n as a leaf, area(n) NODE + min over k of C(left, k) + C(right, 8 - k)),
 //!     C(n, i) = min(C(n, i - 1), min over k of C(left, k) + C(right, i - k)).
 
@@ -118,7 +121,7 @@ impl<'a> Cut<'a> {
         self.costs[at] = costs;
     }
 
-    /// Gives the two nodes below one, unless it is a leaf of the binary tree.
+    /// Returns the two nodes below one, unless it is a leaf of the binary tree.
     fn children(&self, at: usize) -> Option<[usize; 2]> {
         let node = &self.binary.nodes[at];
         let first = node.first_index as usize;
@@ -163,7 +166,8 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// Gives the binary nodes that become the children of a wide node; itself, where it is a leaf.
+    /// Returns the binary nodes that become the children of a wide node; itself, where it is a
+    /// leaf.
     fn roots_below(&self, at: usize) -> Vec<usize> {
         let mut roots = Vec::with_capacity(WIDTH);
         let mut todo = Vec::with_capacity(WIDTH);
@@ -188,7 +192,7 @@ impl<'a> Cut<'a> {
         roots
     }
 
-    /// Gives the fewest roots that cost no more than `most`.
+    /// Returns the fewest roots that cost no more than `most`.
     fn fewest(&self, at: usize, most: usize) -> usize {
         let cost = self.costs[at][most - 1];
         (1..most).find(|i| self.costs[at][i - 1] <= cost).unwrap_or(most)

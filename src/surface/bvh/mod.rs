@@ -1,24 +1,28 @@
 //! A bounding volume hierarchy over boxes: the triangles of a mesh or the objects of a scene.
 //!
-//! The tree (`build`) has nodes of eight children (`node`), whose boxes are tested side by side in f32, the nearest opened first. The
-//! walk may visit too much and never too little; the exact answer is the visitor's, in f64.
+//! The tree (`build`) has nodes of eight children (`node`), whose boxes are tested side by side in
+//! f32, the nearest opened first. The walk may visit too much and never too little; the exact
+//! answer is the visitor's, in f64.
 //!
-//! Crate obvhs builds the binary tree only. First hits of random chords of the head took 2.1 times as long with its
-//! compressed eight-wide walk (medium preset; it also drops what lies within 1e-4 of the origin), 2.8 times with its binary one and
-//! 7 to 10 times with the walks of crate bvh 0.13 (f64, its SIMD on); obvhs's slow presets built 2 to 6 times as long for the same walk.
+//! Crate obvhs builds the binary tree only. First hits of random chords of the head took 2.1 times
+//! as long with its compressed eight-wide walk (medium preset; it also drops what lies within 1e-4
+//! of the origin), 2.8 times with its binary one and 7 to 10 times with the walks of crate bvh 0.13
+//! (f64, its SIMD on); obvhs's slow presets built 2 to 6 times as long for the same walk.
 //!
-//! Why no hit is lost. Boxes are stored relative to the centre of the whole and in units of `size`, the larger of half its longest
-//! edge and 2^-26 of its largest coordinate. A ray starts where it begins to count, if that is within 8 units, and else where it
-//! enters the whole (computed in f64), so the planes are within about 1, the start within 8, and every rounding amounts to moving a
-//! plane of a box. The distance to a plane is plane * inverse - start * inverse, its last product fused or not. With u = 2^-24 the
-//! moves are at most
+//! Why no hit is lost. Boxes are stored relative to the centre of the whole and in units of `size`,
+//! the larger of half its longest edge and 2^-26 of its largest coordinate. A ray starts where it
+//! begins to count, if that is within 8 units, and else where it enters the whole (computed in
+//! f64), so the planes are within about 1, the start within 8, and every rounding amounts to moving
+//! a plane of a box. The distance to a plane is plane * inverse - start * inverse, its last product
+//! fused or not. With u = 2^-24 the moves are at most
 //!     u        rounding a plane of a box to f32,
 //!     8 u      rounding the start of the ray,
 //!     u + 8 u  the two products, each relative to a coordinate,
 //!     2 u x 9  the reciprocal and the difference, relative to a distance of 9 to the plane,
 //!     u        everything in f64 (start, visitor) while the ray's origin is within 2^27 sizes,
-//! together 37 u; direction components below 1e-12 are raised to it, which moves the ray by less than 1e-11. Boxes are widened by
-//! 64 u. A ray from farther away than 2^27 sizes visits everything.
+//! together 37 u; direction components below 1e-12 are raised to it, which moves the ray by less
+//! than 1e-11. Boxes are widened by 64 u. A ray from farther away than 2^27 sizes visits
+//! everything.
 
 mod build;
 mod node;
@@ -36,7 +40,8 @@ use node::{Child, Node, SmallBox, TreeRay, WIDTH};
 #[derive(Debug, Clone)]
 pub struct Bvh {
     nodes: Vec<Node>,
-    /// The caller's number of each box in the order of the leaves; empty when the caller uses that order itself.
+    /// The caller's number of each box in the order of the leaves; empty when the caller uses that
+    /// order itself.
     order: Vec<u32>,
     /// How many places the leaves have.
     places: usize,
@@ -59,7 +64,8 @@ struct Waiting {
 
 /// How far boxes are widened, in units of the tree: 64 roundings of f32.
 const WIDEN: f64 = 64.0 / (1_u64 << 24) as f64;
-/// The smallest unit of the tree, relative to the largest coordinate: below it f64 itself becomes coarse.
+/// The smallest unit of the tree, relative to the largest coordinate: below it f64 itself becomes
+/// coarse.
 const FINEST: f64 = 1.0 / (1_u64 << 26) as f64;
 /// How far from the centre, in units of the tree, a ray may start.
 const NEAR: f64 = 8.0;
@@ -76,22 +82,25 @@ impl Bvh {
     /// Places in a leaf of [`Bvh::build_padded`].
     pub(super) const PLACES: usize = 8;
 
-    /// Builds the tree of these boxes. None, one, flat, equal and huge boxes (up to about 1e150) are all fine; a box that is
-    /// empty or not finite is left out and never visited: its owner keeps it apart.
+    /// Builds the tree of these boxes. None, one, flat, equal and huge boxes (up to about 1e150)
+    /// are all fine; a box that is empty or not finite is left out and never visited: its owner
+    /// keeps it apart.
     pub fn build(boxes: &[Aabb]) -> Self {
         let (mut tree, order) = Self::build_sorted(boxes);
         tree.order = order;
         tree
     }
 
-    /// Builds a tree that numbers the boxes in its own order, and gives that order: box i of the tree is box `order[i]` of the
-    /// caller, who can lay out its things alike and spare the walk a look-up.
+    /// Builds a tree that numbers the boxes in its own order, and gives that order: box i of the
+    /// tree is box `order[i]` of the caller, who can lay out its things alike and spare the walk a
+    /// look-up.
     pub fn build_sorted(boxes: &[Aabb]) -> (Self, Vec<u32>) {
         Self::build_with(boxes, SINGLE)
     }
 
-    /// Does the same with leaves of [`Bvh::PLACES`] places each, the last box of a leaf repeated in the places it does not need:
-    /// for a visitor of [`Bvh::walk`] that takes all of a leaf at once.
+    /// Does the same with leaves of [`Bvh::PLACES`] places each, the last box of a leaf repeated in
+    /// the places it does not need: for a visitor of [`Bvh::walk`] that takes all of a leaf at
+    /// once.
     pub(super) fn build_padded(boxes: &[Aabb]) -> (Self, Vec<u32>) {
         Self::build_with(boxes, PADDED)
     }
@@ -140,13 +149,14 @@ impl Bvh {
         self.whole
     }
 
-    /// Gives the bytes of the tree.
+    /// Returns the bytes of the tree.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.order[..])
     }
 
-    /// Finds the closest hit: calls `visit(index, t_max)` for every box that may hold one, and lowers `t_max` to the distance
-    /// the visitor gives. The visitor answers for distances from `ray.t_min` to `t_max` only.
+    /// Finds the closest hit: calls `visit(index, t_max)` for every box that may hold one, and
+    /// lowers `t_max` to the distance the visitor gives. The visitor answers for distances from
+    /// `ray.t_min` to `t_max` only.
     pub fn closest(
         &self,
         ray: &Ray,
@@ -163,7 +173,8 @@ impl Bvh {
         best
     }
 
-    /// Tells whether `visit(index)` is true for any box the ray may meet; asks in no particular order and stops at the first.
+    /// Whether `visit(index)` is true for any box the ray may meet; asks in no particular order and
+    /// stops at the first.
     pub fn any(&self, ray: &Ray, mut visit: impl FnMut(usize) -> bool) -> bool {
         let mut found = false;
         self.walk_one_by_one(ray, |index, t_max| {
@@ -173,7 +184,8 @@ impl Bvh {
         found
     }
 
-    /// Shows the visitor every box that may overlap `with`, in no particular order; too many perhaps, never too few.
+    /// Shows the visitor every box that may overlap `with`, in no particular order; too many
+    /// perhaps, never too few.
     pub fn overlapping(&self, with: Aabb, mut visit: impl FnMut(usize)) {
         // Every box is within the whole, in which all coordinates of the walk are small.
         let within = Aabb { min: with.min.max(self.whole.min), max: with.max.min(self.whole.max) };
@@ -200,7 +212,8 @@ impl Bvh {
         }
     }
 
-    /// Shows the visitor every box the ray may meet before the distance it last answered; `None` ends the walk.
+    /// Shows the visitor every box the ray may meet before the distance it last answered; `None`
+    /// ends the walk.
     fn walk_one_by_one(&self, ray: &Ray, mut visit: impl FnMut(usize, f64) -> Option<f64>) {
         let mut each = |places: Range<usize>, t_max: f64| {
             places.into_iter().try_fold(t_max, |t_max, place| visit(self.index(place), t_max))
@@ -208,7 +221,8 @@ impl Bvh {
         dispatch!(self.level, simd => self.walk(simd, ray, &mut each));
     }
 
-    /// Shows the visitor every leaf, by its places, that the ray may meet before the distance it last answered; `None` ends the walk.
+    /// Shows the visitor every leaf, by its places, that the ray may meet before the distance it
+    /// last answered; `None` ends the walk.
     #[inline(always)]
     pub(super) fn walk<S: Simd>(
         &self,
@@ -289,7 +303,8 @@ impl Bvh {
         }
     }
 
-    /// Gives the distance at which the ray enters the whole: [`Aabb::intersect`] with a reciprocal that is needed again, and no branch.
+    /// Returns the distance at which the ray enters the whole: [`Aabb::intersect`] with a
+    /// reciprocal that is needed again, and no branch.
     #[inline(always)]
     fn enter(&self, ray: &Ray, inverse: DVec3) -> Option<f64> {
         // Three roundings on either side: pbrt, section 6.8.2.
@@ -301,13 +316,13 @@ impl Bvh {
         (near <= far).then_some(near)
     }
 
-    /// Gives a point in the units of the tree.
+    /// Returns a point in the units of the tree.
     #[inline(always)]
     fn in_units(&self, point: DVec3) -> DVec3 {
         (point - self.centre) * self.scale
     }
 
-    /// Gives the caller's number of a box.
+    /// Returns the caller's number of a box.
     #[inline]
     fn index(&self, place: usize) -> usize {
         self.order.get(place).map_or(place, |&i| i as usize)
@@ -320,7 +335,7 @@ impl Bvh {
     }
 }
 
-/// Gives the reciprocals of a direction, all finite.
+/// Returns the reciprocals of a direction, all finite.
 #[inline(always)]
 fn inverse_of(direction: DVec3) -> DVec3 {
     let most = DVec3::splat(1e300);
@@ -335,7 +350,7 @@ fn take_lane(met: &mut u32) -> usize {
     lane
 }
 
-/// Gives the nearest of the children met, and lets the others wait, the nearest on top.
+/// Returns the nearest of the children met, and lets the others wait, the nearest on top.
 #[inline(always)]
 fn descend(
     node: &Node,
@@ -482,7 +497,8 @@ mod tests {
 
     #[test]
     fn equal_and_nested_boxes_are_all_met() {
-        // Five hundred boxes one in the other make a tree far deeper than the stack that needs no heap.
+        // Five hundred boxes one in the other make a tree far deeper than the stack that needs no
+        // heap.
         let nested: Vec<_> =
             (0..500).map(|i| Aabb::of_ball(DVec3::ZERO, 1.0 + f64::from(i))).collect();
         let equal = vec![Aabb::of_ball(DVec3::ZERO, 1.0); 500];

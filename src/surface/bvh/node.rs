@@ -12,7 +12,8 @@ const SMALLEST_SLOPE: f64 = 1e-12;
 /// A box in the units of the tree: smallest and largest x, y, z.
 pub(super) type SmallBox = [[f32; 3]; 2];
 
-/// Holds eight children: their planes, lane by lane, and where they are. A lane without a child has a box nothing meets.
+/// Holds eight children: their planes, lane by lane, and where they are. A lane without a child has
+/// a box nothing meets.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Node {
@@ -87,7 +88,7 @@ impl Node {
         Child { first: self.first[lane], boxes: self.boxes[lane] }
     }
 
-    /// Gives half the area of a child's box; 0 without a child.
+    /// Returns half the area of a child's box; 0 without a child.
     #[cfg(test)]
     pub(super) fn half_area(&self, lane: usize) -> f32 {
         let [x, y, z] =
@@ -95,7 +96,8 @@ impl Node {
         if x < 0.0 { 0.0 } else { x * y + y * z + z * x }
     }
 
-    /// Marks the children whose boxes the ray enters before `limit`, and gives the distances at which it enters.
+    /// Marks the children whose boxes the ray enters before `limit`, and gives the distances at
+    /// which it enters.
     #[inline(always)]
     pub(super) fn met_by<S: Simd>(
         &self,
@@ -119,7 +121,7 @@ impl Node {
         (enters.simd_le(leaves).to_bitmask() as u32, enters.into())
     }
 
-    /// Gives the distances at which the ray passes the planes of one side.
+    /// Returns the distances at which the ray passes the planes of one side.
     #[inline(always)]
     fn distance<S: Simd>(&self, simd: S, ray: &TreeRay<S>, side: usize, axis: usize) -> f32x8<S> {
         let plane = f32x8::from_slice(simd, &self.planes[side & 1][axis]);

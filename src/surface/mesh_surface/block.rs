@@ -1,11 +1,12 @@
-//! A ray against eight triangles at once: the watertight test of Woop, Benthin and Wald ("Watertight Ray/Triangle Intersection",
-//! JCGT 2(1), 2013) in f64.
+//! A ray against eight triangles at once: the watertight test of Woop, Benthin and Wald
+//! ("Watertight Ray/Triangle Intersection", JCGT 2(1), 2013) in f64.
 //!
-//! Why no ray slips between two faces. Vertices are sheared so that the ray becomes the axis; each vertex is sheared in the same
-//! way for every face and lane (by the same instructions, fused or not). The sign of an edge, c.x b.y - c.y b.x, is that of a
-//! comparison of two products, each rounded by itself and never fused; rounding keeps order, so a sign is right or zero, and where
-//! it is zero the exact one is computed from the products' own rounding errors. Borders belong to both neighbours. The sheared
-//! faces thus cover the plane as the exact ones do.
+//! Why no ray slips between two faces. Vertices are sheared so that the ray becomes the axis; each
+//! vertex is sheared in the same way for every face and lane (by the same instructions, fused or
+//! not). The sign of an edge, c.x b.y - c.y b.x, is that of a comparison of two products, each
+//! rounded by itself and never fused; rounding keeps order, so a sign is right or zero, and where
+//! it is zero the exact one is computed from the products' own rounding errors. Borders belong to
+//! both neighbours. The sheared faces thus cover the plane as the exact ones do.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
@@ -38,7 +39,8 @@ pub(super) struct Shear<S: Simd> {
     slopes: [f64x8<S>; 3],
 }
 
-/// Where a ray meets a triangle: its lane, its distance and the weights of the second and third corner.
+/// Where a ray meets a triangle: its lane, its distance and the weights of the second and third
+/// corner.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Meeting {
     pub(super) lane: usize,
@@ -77,7 +79,7 @@ impl Block {
         Self { corners, faces }
     }
 
-    /// Gives the number and the corners of one triangle.
+    /// Returns the number and the corners of one triangle.
     #[inline(always)]
     pub(super) fn face(&self, lane: usize) -> (u32, [DVec3; 3]) {
         let [a, b, c] = &self.corners;
@@ -96,13 +98,15 @@ impl Block {
         [(-shear.slopes[0]).mul_add(z, x), (-shear.slopes[1]).mul_add(z, y), z]
     }
 
-    /// Gives how far one corner of every triangle is from the origin along one of the sheared axes.
+    /// Returns how far one corner of every triangle is from the origin along one of the sheared
+    /// axes.
     #[inline(always)]
     fn offset<S: Simd>(&self, simd: S, shear: &Shear<S>, corner: usize, i: usize) -> f64x8<S> {
         f64x8::from_slice(simd, &self.corners[corner][shear.axes[i]]) - shear.origin[i]
     }
 
-    /// Gives the nearest meeting with any of the triangles, from either side, between two distances.
+    /// Returns the nearest meeting with any of the triangles, from either side, between two
+    /// distances.
     #[inline(always)]
     pub(super) fn meet<S: Simd>(
         &self,
@@ -164,7 +168,7 @@ fn around<S: Simd>(u: f64x8<S>, v: f64x8<S>, w: f64x8<S>) -> u32 {
     (low.simd_ge(0.0).to_bitmask() | high.simd_le(0.0).to_bitmask()) as u32
 }
 
-/// Gives the axis along which a vector is longest.
+/// Returns the axis along which a vector is longest.
 #[inline(always)]
 fn largest_axis(d: DVec3) -> usize {
     let d = d.abs();
@@ -177,7 +181,8 @@ fn largest_axis(d: DVec3) -> usize {
     }
 }
 
-/// Tells on which side of the edge from q to p the axis passes: twice a signed area, its sign right or zero.
+/// Returns on which side of the edge from q to p the axis passes: twice a signed area, its sign
+/// right or zero.
 #[inline(always)]
 fn side<S: Simd>(p: [f64x8<S>; 3], q: [f64x8<S>; 3]) -> f64x8<S> {
     p[0] * q[1] - p[1] * q[0]
@@ -197,8 +202,8 @@ fn sides_exactly(sides: &mut [[f64; LANES]; 3], corners: &[[[f64; LANES]; 2]; 3]
     }
 }
 
-/// Gives a side with the rounding errors of both products taken back: zero only where the axis passes through the edge to within
-/// the rounding of those errors themselves.
+/// Returns a side with the rounding errors of both products taken back: zero only where the axis
+/// passes through the edge to within the rounding of those errors themselves.
 fn exact_side(p: [f64; 2], q: [f64; 2]) -> f64 {
     let (left, right) = (p[0] * q[1], p[1] * q[0]);
     let (left_error, right_error) = (p[0].mul_add(q[1], -left), p[1].mul_add(q[0], -right));

@@ -1,9 +1,10 @@
-//! Rays against a mesh: the tree of `bvh` over leaves of eight triangles, which `block` tests side by side.
+//! Rays against a mesh: the tree of `bvh` over leaves of eight triangles, which `block` tests side
+//! by side.
 //!
-//! Error of a hit. The point is a + v (b - a) + w (c - a) with v + w <= 1 + 3u, u = 2^-53. Differences, products and two sums give
-//! at most (1+u)^4 - 1 on every term (pbrt, section 6.8: gamma_4), the excess over 1 moves the point by at most 3u of an edge: with
-//! gamma_7 of |a| + |b - a| + |c - a| the bound holds, its own rounding included. It is a distance from the triangle, not only
-//! from its plane, and neither the length of the ray nor the angle it comes at enters.
+//! Error of a hit. The point is a + v (b - a) + w (c - a) with v + w <= 1 + 3u, u = 2^-53.
+//! Differences, products and two sums give at most (1+u)^4 - 1 on every term (pbrt, section 6.8:
+//! gamma_4), the excess over 1 moves the point by at most 3u of an edge: with gamma_7 of |a| + |b -
+//! a| + |c - a| the bound holds, its own rounding included. It is a distance from the triangle, not only from its plane, and neither the length of the ray nor the angle it comes at enters.
 
 mod block;
 mod spread;
@@ -62,8 +63,9 @@ impl MeshSurface {
         Ok(Self { mesh, tree, bounds, blocks, areas, vertex_normals, back_to_back, spread, level })
     }
 
-    /// Prepares a mesh for rays, shaded with normals interpolated between its vertices, whose own are the means of the faces
-    /// around them weighted by angle (Thuermer and Wuethrich 1998). Geometry and geometric normals stay those of the faces.
+    /// Prepares a mesh for rays, shaded with normals interpolated between its vertices, whose own
+    /// are the means of the faces around them weighted by angle (Thuermer and Wuethrich 1998).
+    /// Geometry and geometric normals stay those of the faces.
     ///
     /// # Errors
     /// As [`MeshSurface::new`].
@@ -80,18 +82,19 @@ impl MeshSurface {
         self
     }
 
-    /// Gives the mesh.
+    /// Returns the mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// Gives the bytes that rays use: the tree, and the triangles in its order.
+    /// Returns the bytes that rays use: the tree, and the triangles in its order.
     pub fn bytes(&self) -> usize {
         self.tree.bytes() + size_of_val(&self.blocks[..])
     }
 
-    /// Describes every vertex as a hit: its normal is the mean of the faces around it weighted by area, and its part the largest of
-    /// them, whose normal it has where they cancel. `None` for a vertex of no face that has an area.
+    /// Describes every vertex as a hit: its normal is the mean of the faces around it weighted by
+    /// area, and its part the largest of them, whose normal it has where they cancel. `None` for a
+    /// vertex of no face that has an area.
     pub fn vertices(&self) -> Vec<Option<Hit>> {
         let mut around = vec![Around::default(); self.mesh.positions().len()];
         for (face, triangle) in self.mesh.triangles().iter().enumerate() {
@@ -153,8 +156,8 @@ impl MeshSurface {
         found
     }
 
-    /// Describes the point of a face with these weights; `back` stands in for the normal of a face without area, which only a
-    /// ray between its two neighbours can meet.
+    /// Describes the point of a face with these weights; `back` stands in for the normal of a face
+    /// without area, which only a ray between its two neighbours can meet.
     #[inline(always)]
     fn hit_at(&self, face: u32, [a, b, c]: [DVec3; 3], at: Meeting, back: DVec3) -> Hit {
         let (ab, ac) = (b - a, c - a);
@@ -250,8 +253,8 @@ impl SampleArea for MeshSurface {
         into
     }
 
-    /// Maps like [`SampleArea::sample_area`], with the faces in an order of places rather than that of the file: points that are evenly
-    /// spread along `u.x` are so in space.
+    /// Maps like [`SampleArea::sample_area`], with the faces in an order of places rather than that
+    /// of the file: points that are evenly spread along `u.x` are so in space.
     fn uniform(&self, u: DVec2) -> Hit {
         let Spread { faces, areas } = self.spread.get_or_init(|| Spread::new(&self.mesh));
         let (place, rest) = sampling::discrete(areas, u.x);
@@ -306,7 +309,7 @@ fn cumulative_areas(mesh: &Mesh) -> Result<Vec<f64>> {
     )))
 }
 
-/// Refuses vertices that no ray can be compared with.
+/// Rejects vertices that no ray can be compared with.
 fn check_finite(mesh: &Mesh) -> Result<()> {
     let used = mesh.triangles().iter().flatten();
     match used.copied().find(|&v| !mesh.positions()[v as usize].is_finite()) {
@@ -454,7 +457,8 @@ mod tests {
         let mut met = 0;
         for ray in &rays {
             let (a, b) = (widest.hit(ray), narrow.hit(ray));
-            // A fused product moves the ray by a rounding of its distances, 2 metres at most; faces are seen at 1e-2 or steeper.
+            // A fused product moves the ray by a rounding of its distances, 2 metres at most; faces
+            // are seen at 1e-2 or steeper.
             let along = 1e2 * 2.0 * f64::EPSILON;
             let agree = match (a, b) {
                 (Some(a), Some(b)) => {
@@ -520,7 +524,8 @@ mod tests {
 
     #[test]
     fn error_bounds_the_distance_from_the_plane() {
-        // Thin, large and far triangles; the plane is evaluated in twice the precision by splitting the dot product.
+        // Thin, large and far triangles; the plane is evaluated in twice the precision by splitting
+        // the dot product.
         let mut stream = numbers();
         for i in 0..3000 {
             let offset = [0.0, 1.0, 1e4, 1e8][i % 4] * (point(&mut stream) - 0.5);
@@ -536,7 +541,8 @@ mod tests {
                 .into_iter()
                 .chain([sample.hit])
             {
-                // Both differences are exact to u of the coordinates at most, which the bound exceeds many times.
+                // Both differences are exact to u of the coordinates at most, which the bound
+                // exceeds many times.
                 let off = (hit.point - a).dot((b - a).cross(c - a).normalize());
                 let slack = 4.0
                     * f64::EPSILON
@@ -556,7 +562,8 @@ mod tests {
             shapes::sphere(2).translated(DVec3::splat(30.0)),
             shapes::sphere(0),
             shapes::cube(),
-            // Faces in the planes of the axes, edges short against some coordinates and long against others.
+            // Faces in the planes of the axes, edges short against some coordinates and long
+            // against others.
             shapes::cube().scaled(1e-3).expect("positive").translated(DVec3::new(5.0, 0.0, -1e-3)),
             shapes::cube().scaled(1e5).expect("positive"),
         ];
@@ -589,7 +596,8 @@ mod tests {
             worst = worst.max(hit.shading_normal.angle_between(d));
             flat = flat.max(hit.normal.angle_between(d));
         }
-        // Faces of about 0.1 radians: flat normals are off by up to that, interpolated ones by its square.
+        // Faces of about 0.1 radians: flat normals are off by up to that, interpolated ones by its
+        // square.
         assert!(flat > 0.05 && worst <= 0.02, "{worst} {flat}");
     }
 

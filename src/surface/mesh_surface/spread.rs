@@ -1,5 +1,6 @@
-//! The faces of a mesh in an order in which neighbours in space are neighbours, with the area up to each: what spreads points evenly over a
-//! mesh whatever the order of its file. The order is that of Morton (1966): the bits of x, y and z of the middles of the faces, interleaved.
+//! The faces of a mesh in an order in which neighbours in space are neighbours, with the area up to
+//! each: what spreads points evenly over a mesh whatever the order of its file. The order is that
+//! of Morton (1966): the bits of x, y and z of the middles of the faces, interleaved.
 
 use super::Mesh;
 

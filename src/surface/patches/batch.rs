@@ -1,4 +1,5 @@
-//! Many rays side by side: all make the same kind of move at a time, so that no ray waits for another's arithmetic.
+//! Many rays side by side: all make the same kind of move at a time, so that no ray waits for
+//! another's arithmetic.
 
 use arrayvec::ArrayVec;
 use fearless_simd::Simd;
@@ -13,7 +14,8 @@ use super::{Answer, Patches, Side};
 use crate::math::Ray;
 use crate::surface::Hit;
 
-/// Rays that walk together: enough to hide the arithmetic of one behind the others, few enough for the nearest cache.
+/// Rays that walk together: enough to hide the arithmetic of one behind the others, few enough for
+/// the nearest cache.
 pub(super) const TOGETHER: usize = 32;
 
 /// A ray that walks in a group.
@@ -36,7 +38,7 @@ pub(super) trait Answers {
     /// Whether any crossing will do.
     const ANY: bool;
 
-    /// Tells whether the ray at a place is still to be answered.
+    /// Whether the ray at a place is still to be answered.
     fn wants(&self, place: usize) -> bool;
 
     /// Takes the crossing of a ray from outside.
@@ -155,9 +157,11 @@ impl Patches {
         }
     }
 
-    /// Follows the walks of a group to their first crossings, or to any where any will do, and empties the group.
+    /// Follows the walks of a group to their first crossings, or to any where any will do, and
+    /// empties the group.
     ///
-    /// What a ray does next chooses the list it is put on, not a branch: which ray does what is not to be foreseen.
+    /// What a ray does next chooses the list it is put on, not a branch: which ray does what is not
+    /// to be foreseen.
     #[inline(always)]
     fn follow_together<S: Simd, A: Answers>(
         &self,

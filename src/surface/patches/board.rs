@@ -1,15 +1,17 @@
 //! The board: how the six cube faces are cut into patches, and patches are gathered four by four.
 //!
-//! A face is the projective square u = p1/p0, v = p2/p0 of the axis p0; its planes are placed at tan(pi/4 s) for equispaced s, so that all
-//! patches have nearly the same angle. Nodes of the lowest level hold 4 x 4 patches, nodes of the next 4 x 4 of those, and one node on top the
-//! r x r, r <= 4, that are left: a side has r 4^k patches.
+//! A face is the projective square u = p1/p0, v = p2/p0 of the axis p0; its planes are placed at
+//! tan(pi/4 s) for equispaced s, so that all patches have nearly the same angle. Nodes of the
+//! lowest level hold 4 x 4 patches, nodes of the next 4 x 4 of those, and one node on top the r x
+//! r, r <= 4, that are left: a side has r 4^k patches.
 
 use std::f64::consts::FRAC_PI_4;
 
 /// Children along one side of a node.
 pub(super) const FAN: usize = 4;
 
-/// By how much every cell is wider than its planes say, in u and v: far more than the roundings of f32 that decide whether a ray meets it.
+/// By how much every cell is wider than its planes say, in u and v: far more than the roundings of
+/// f32 that decide whether a ray meets it.
 pub(super) const MARGIN: f64 = 1e-6;
 
 /// Where a child begins and ends that is not there: no line gets so far.
@@ -37,7 +39,8 @@ pub(super) struct Cell {
     pub(super) scale: f64,
 }
 
-/// Where the children of a node begin and end, margin included, lane j * 4 + i for child i along u and j along v.
+/// Where the children of a node begin and end, margin included, lane j * 4 + i for child i along u
+/// and j along v.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub(super) struct Spans {
@@ -64,12 +67,12 @@ impl Board {
         board
     }
 
-    /// Gives the patches along one side of a face.
+    /// Returns the patches along one side of a face.
     pub(super) fn side(&self) -> usize {
         self.side
     }
 
-    /// Gives row or column `i` of the patches.
+    /// Returns row or column `i` of the patches.
     #[inline(always)]
     pub(super) fn cell(&self, i: usize) -> &Cell {
         &self.cells[i]
@@ -92,18 +95,18 @@ impl Board {
         place
     }
 
-    /// Gives the number of levels of nodes.
+    /// Returns the number of levels of nodes.
     pub(super) fn levels(&self) -> usize {
         self.levels.len()
     }
 
-    /// Gives the nodes along one side of a face at a level.
+    /// Returns the nodes along one side of a face at a level.
     #[inline(always)]
     pub(super) fn nodes(&self, level: usize) -> usize {
         self.levels[level].len()
     }
 
-    /// Gives the spans of node `i` along one side at a level.
+    /// Returns the spans of node `i` along one side at a level.
     #[inline(always)]
     pub(super) fn span(&self, level: usize, i: usize) -> &Spans {
         &self.levels[level][i]
@@ -132,7 +135,7 @@ impl Board {
             .collect()
     }
 
-    /// Gives the bytes that the planes and spans take.
+    /// Returns the bytes that the planes and spans take.
     pub(super) fn bytes(&self) -> usize {
         let spans: usize = self.levels.iter().map(|l| size_of_val(&l[..])).sum();
         spans + size_of_val(&self.planes[..]) + size_of_val(&self.cells[..])

@@ -56,7 +56,8 @@ pub(super) fn build(series: &Series, bounds: &Bounds) -> Result<Patches> {
         if error <= TARGET || choice + 1 == SIDES.len() {
             return Ok(patches);
         }
-        // On a board that is too coarse it is the bound of the interpolation that is large; it falls with the twelfth power of the side.
+        // On a board that is too coarse it is the bound of the interpolation that is large; it
+        // falls with the twelfth power of the side.
         let wanted = side as f64 * (error / TARGET).powf(1.0 / POINTS as f64);
         let next = SIDES.iter().position(|&s| s as f64 >= wanted).unwrap_or(SIDES.len() - 1);
         choice = next.max(choice + 1);
@@ -97,7 +98,7 @@ fn on_board(f: &Coefficients, bounds: &Bounds, radii: &Radii, board: Board) -> P
     assemble(board, &fitted, bounds)
 }
 
-/// Gives face, row and column of patch `i`: sixteen patches of a node stand together.
+/// Returns face, row and column of patch `i`: sixteen patches of a node stand together.
 fn place(i: usize, side: usize) -> [usize; 3] {
     let (nodes, lane) = (i / (FAN * FAN), i % (FAN * FAN));
     let across = side / FAN;
@@ -106,7 +107,7 @@ fn place(i: usize, side: usize) -> [usize; 3] {
     [face, row * FAN + lane / FAN, column * FAN + lane % FAN]
 }
 
-/// Gives the directions of the Chebyshev points of a patch, row by row, each with 1/s.
+/// Returns the directions of the Chebyshev points of a patch, row by row, each with 1/s.
 fn points(board: &Board, [face, row, column]: [usize; 3]) -> Vec<(DVec3, f64)> {
     let at = |cell: &Cell, k: usize| cell.middle + cell.half * chebyshev_point(k, POINTS);
     let (across, along) = (board.cell(column), board.cell(row));
@@ -115,7 +116,7 @@ fn points(board: &Board, [face, row, column]: [usize; 3]) -> Vec<(DVec3, f64)> {
         .collect()
 }
 
-/// Gives the unit vector through (u, v) of a face, and 1/s = 1/sqrt(1 + u^2 + v^2).
+/// Returns the unit vector through (u, v) of a face, and 1/s = 1/sqrt(1 + u^2 + v^2).
 fn direction(face: usize, u: f64, v: f64) -> (DVec3, f64) {
     let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
     let per_s = (1.0 + u * u + v * v).sqrt().recip();
@@ -181,7 +182,8 @@ fn box_around(board: &Board, [face, row, column]: [usize; 3], [low, high]: [f64;
     }))
 }
 
-/// Gathers the planes of the children of a node; `across` counts the children along one side of a face, `None` where they stand node by node.
+/// Gathers the planes of the children of a node; `across` counts the children along one side of a
+/// face, `None` where they stand node by node.
 fn group(
     below: &[Planes],
     index: usize,
@@ -199,7 +201,8 @@ fn group(
     })
 }
 
-/// Rounds planes to f32, farther apart by more than what the roundings of a probe come to: 16 of the largest terms, and 3e-6 of a line's end.
+/// Rounds planes to f32, farther apart by more than what the roundings of a probe come to: 16 of
+/// the largest terms, and 3e-6 of a line's end.
 fn node(group: &[Option<Planes>; 16], top: f64) -> Node {
     let mut node = Node::EMPTY;
     for (lane, planes) in group.iter().enumerate() {
@@ -214,7 +217,8 @@ fn node(group: &[Option<Planes>; 16], top: f64) -> Node {
     node
 }
 
-/// Puts planes around those of all children: of their mean slope, as far apart as the corners of the children ask for.
+/// Puts planes around those of all children: of their mean slope, as far apart as the corners of
+/// the children ask for.
 fn enclose(group: &[Option<Planes>; 16], across: &Spans, along: &Spans) -> Planes {
     let there = || group.iter().flatten();
     let count = there().count() as f64;

@@ -1,11 +1,15 @@
-//! How far a polynomial through Chebyshev points can be from the height of the surface, from the degree deviations alone.
+//! How far a polynomial through Chebyshev points can be from the height of the surface, from the
+//! degree deviations alone.
 //!
-//! Interpolation of a function g at Q + 1 Chebyshev points of an interval errs by at most 4 M rho^-Q / (rho - 1) when |g| <= M in the Bernstein
-//! ellipse E_rho of the interval (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2). Here g is the height Z = f/s along
-//! u with v fixed, continued to complex u. A harmonic of degree l continues as the solid harmonic S_l(X) / (X.X)^(l/2), X = (u, v, 1); by the
-//! addition theorem |S_l(X)|^2 <= sigma_l^2 |X.X|^l P_l(c) with c = |X|^2 / |X.X|, and P_l(c) <= (c + sqrt(c^2 - 1))^l. For u = a + ib and A = 1 + a^2 + v^2
+//! Interpolation of a function g at Q + 1 Chebyshev points of an interval errs by at most 4 M
+//! rho^-Q / (rho - 1) when |g| <= M in the Bernstein ellipse E_rho of the interval (Trefethen,
+//! Approximation Theory and Approximation Practice, theorem 8.2). Here g is the height Z = f/s
+//! along u with v fixed, continued to complex u. A harmonic of degree l continues as the solid
+//! harmonic S_l(X) / (X.X)^(l/2), X = (u, v, 1); by the addition theorem |S_l(X)|^2 <= sigma_l^2
+//! |X.X|^l P_l(c) with c = |X|^2 / |X.X|, and P_l(c) <= (c + sqrt(c^2 - 1))^l. For u = a + ib and A = 1 + a^2 + v^2
 //!     c <= (A + b^2) / (A - b^2),   so   |f_l| <= sigma_l exp(l atanh(b / sqrt A)),   |1/s| <= (A - b^2)^(-1/2):
-//! a harmonic grows with the imaginary part of the angle, as it must. Interpolating along u and then along v errs by at most e_u + Lambda e_v.
+//! a harmonic grows with the imaginary part of the angle, as it must. Interpolating along u and
+//! then along v errs by at most e_u + Lambda e_v.
 
 use std::f64::consts::PI;
 
@@ -15,7 +19,8 @@ use crate::sh::Coefficients;
 /// The ellipses that are tried.
 const RHO: [f64; 14] = [1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.5, 8.0, 10.0, 13.0, 17.0, 22.0, 30.0, 60.0];
 
-/// Bounds the interpolation of Z at `points` Chebyshev points along one direction of the cell, in the unit of the coefficients.
+/// Bounds the interpolation of Z at `points` Chebyshev points along one direction of the cell, in
+/// the unit of the coefficients.
 pub(super) fn interpolation_error(f: &Coefficients, cell: &Cell, points: usize) -> f64 {
     let of = |rho: &f64| error_in_ellipse(f, cell, points, *rho);
     RHO.iter().map(of).fold(f64::INFINITY, f64::min)

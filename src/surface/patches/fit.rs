@@ -1,8 +1,9 @@
 //! From heights at Chebyshev points to a patch that is certainly above the surface.
 //!
-//! The heights at 12 x 12 points give an interpolant of degree 11 whose distance from the surface is bounded by the coefficients
-//! (`certificate`). Its Chebyshev series is cut at degree 7; what is cut is at most the sum of the coefficients left out. Rounding to f32 is
-//! counted term by term, evaluation in f32 by the usual bound on sums.
+//! The heights at 12 x 12 points give an interpolant of degree 11 whose distance from the surface
+//! is bounded by the coefficients (`certificate`). Its Chebyshev series is cut at degree 7; what is
+//! cut is at most the sum of the coefficients left out. Rounding to f32 is counted term by term,
+//! evaluation in f32 by the usual bound on sums.
 
 use super::board::Cell;
 use super::patch::{ORDER, Patch};
@@ -10,11 +11,13 @@ use super::patch::{ORDER, Patch};
 /// Chebyshev points along each direction of a patch.
 pub(super) const POINTS: usize = 12;
 
-/// Nodes along each direction at which derivatives are sampled; a polynomial of degree 7 is nowhere larger than the largest sample over
-/// cos(7 pi / (2 NODES)) (Ehlich and Zeller 1964), once for each direction.
+/// Nodes along each direction at which derivatives are sampled; a polynomial of degree 7 is nowhere
+/// larger than the largest sample over cos(7 pi / (2 NODES)) (Ehlich and Zeller 1964), once for
+/// each direction.
 const NODES: usize = 20;
 
-/// How many roundings of f32 enter a term of a sum: monomials 5, Horner 3, 4 levels of adding lanes and some to spare.
+/// How many roundings of f32 enter a term of a sum: monomials 5, Horner 3, 4 levels of adding lanes
+/// and some to spare.
 const ROUNDINGS: f64 = 20.0;
 
 type Square = [[f64; ORDER]; ORDER];
@@ -28,7 +31,8 @@ pub(super) struct Fitter {
     monomials: Square,
     /// Row k: x^i at node k, and its first and second derivatives.
     powers: [[[f64; ORDER]; NODES]; 3],
-    /// Row k: what Bernstein coefficient k takes of x^i on [-1, 1], for the degree of a patch and for one more.
+    /// Row k: what Bernstein coefficient k takes of x^i on [-1, 1], for the degree of a patch and
+    /// for one more.
     bernstein: Square,
     raised: [[f64; ORDER + 1]; ORDER + 1],
 }
@@ -51,7 +55,7 @@ pub(super) struct Planes {
     pub(super) by_v: f64,
 }
 
-/// Gives Chebyshev point `k` of `count`.
+/// Returns Chebyshev point `k` of `count`.
 pub(super) fn chebyshev_point(k: usize, count: usize) -> f64 {
     (std::f64::consts::PI * (k as f64 + 0.5) / count as f64).cos()
 }
@@ -82,7 +86,8 @@ impl Fitter {
         Self { analysis, monomials, powers, bernstein: bernstein(), raised: bernstein() }
     }
 
-    /// Fits the heights at the points, row by row along v; `beyond` bounds their interpolation and their own error.
+    /// Fits the heights at the points, row by row along v; `beyond` bounds their interpolation and
+    /// their own error.
     pub(super) fn fit(
         &self,
         heights: &[[f64; POINTS]; POINTS],
@@ -112,7 +117,8 @@ impl Fitter {
                 size += kept[j][i].abs() * (1.0 + (i + j) as f64 / ROUNDINGS);
             }
         }
-        // Where the line stands in the patch is rounded to f32 too: that moves each term by (i + j) roundings.
+        // Where the line stands in the patch is rounded to f32 too: that moves each term by (i + j)
+        // roundings.
         let evaluation = ROUNDINGS * size * 0.5 * f64::from(f32::EPSILON);
         let error = cut + rounding + evaluation + beyond;
         kept[0][0] = exact[0][0];
@@ -126,7 +132,8 @@ impl Fitter {
         Fitted { patch, planes: self.planes(&kept, range, error, across, along), range }
     }
 
-    /// Puts two planes around w = 1/Z: parallel to the tangent in the middle, and as far apart as Z (a + b x + c y) - 1 says.
+    /// Puts two planes around w = 1/Z: parallel to the tangent in the middle, and as far apart as Z
+    /// (a + b x + c y) - 1 says.
     fn planes(
         &self,
         heights: &Square,
@@ -166,7 +173,7 @@ impl Fitter {
         }
     }
 
-    /// Gives the Chebyshev coefficients of the interpolant, row j for T_j(y).
+    /// Returns the Chebyshev coefficients of the interpolant, row j for T_j(y).
     fn series(&self, heights: &[[f64; POINTS]; POINTS]) -> [[f64; POINTS]; POINTS] {
         let mut half = [[0.0; POINTS]; POINTS];
         for (row, out) in heights.iter().zip(&mut half) {
@@ -262,7 +269,8 @@ fn hull<const N: usize>(bernstein: &[[f64; N]; N], monomials: &[[f64; N]; N]) ->
     [low, high]
 }
 
-/// Gives the Bernstein coefficients of x^i on [-1, 1] for N - 1 end points: the blossom, the mean over all choices of i of them.
+/// Returns the Bernstein coefficients of x^i on [-1, 1] for N - 1 end points: the blossom, the mean
+/// over all choices of i of them.
 fn bernstein<const N: usize>() -> [[f64; N]; N] {
     let n = N - 1;
     let choose = |n: usize, k: usize| -> f64 {

@@ -1,4 +1,5 @@
-//! The numbers of one ray or of eight: the beginning of a ray is written once for both, so that both get the same bits.
+//! The numbers of one ray or of eight: the beginning of a ray is written once for both, so that
+//! both get the same bits.
 
 use std::ops::{Add, BitAnd, Div, Mul, Neg, Sub};
 
@@ -20,24 +21,24 @@ pub(super) trait Real:
     /// Whether something holds, or for which rays.
     type Mask: Copy + BitAnd<Output = Self::Mask>;
 
-    /// Gives the same number for every ray.
+    /// Returns the same number for every ray.
     fn all(self, x: f64) -> Self;
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
-    /// Gives this number with the sign of another.
+    /// Returns this number with the sign of another.
     fn signed_as(self, of: Self) -> Self;
     fn less(self, than: Self) -> Self::Mask;
     fn at_most(self, other: Self) -> Self::Mask;
-    /// Gives `yes` where the mask holds and `no` elsewhere.
+    /// Returns `yes` where the mask holds and `no` elsewhere.
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// Gives the smaller number; `self` when the other is not a number.
+    /// Returns the smaller number; `self` when the other is not a number.
     #[inline(always)]
     fn least(self, other: Self) -> Self {
         Self::choose(other.less(self), other, self)
     }
 
-    /// Gives the larger number; `self` when the other is not a number.
+    /// Returns the larger number; `self` when the other is not a number.
     #[inline(always)]
     fn most(self, other: Self) -> Self {
         Self::choose(self.less(other), other, self)

@@ -1,7 +1,8 @@
 //! A ray on one cube face: in u, v and w = 1/|p0| it is a straight line.
 //!
-//! With p the point where the ray enters the face and k = d0 / p0, the line is (u, v, w)(tau) = (u, v, w) + tau (du, dv, dw) for
-//! tau = s / (1 + k s), s the distance from p; back, s = tau / (1 - k tau). All lengths are in radii of the bounding ball.
+//! With p the point where the ray enters the face and k = d0 / p0, the line is (u, v, w)(tau) = (u,
+//! v, w) + tau (du, dv, dw) for tau = s / (1 + k s), s the distance from p; back, s = tau / (1 - k
+//! tau). All lengths are in radii of the bounding ball.
 
 use fearless_simd::{Simd, f64x8};
 use glam::DVec3;
@@ -53,7 +54,7 @@ impl Local {
     pub(super) const NONE: Self =
         Self { origin: [0.0; 2], scale: [0.0; 2], by: [0.0; 2], enter: 0.0, leave: 0.0 };
 
-    /// Gives (x, y) at tau.
+    /// Returns (x, y) at tau.
     #[inline(always)]
     pub(super) fn at(&self, tau: f64) -> [f64; 2] {
         [tau.mul_add(self.by[0], self.origin[0]), tau.mul_add(self.by[1], self.origin[1])]
@@ -80,7 +81,8 @@ impl<R: Real> Axis<R> {
     }
 }
 
-/// Tells on which face a point is, 2 axis + (0 for the positive side, 1 for the negative), and gives point and direction with that axis first.
+/// Returns on which face a point is, 2 axis + (0 for the positive side, 1 for the negative), and
+/// gives point and direction with that axis first.
 #[inline(always)]
 pub(super) fn facing<R: Real>([x, y, z]: [R; 3], direction: [R; 3]) -> (R, [R; 3], [R; 3]) {
     let (a, b, c) = (x.abs(), y.abs(), z.abs());
@@ -92,7 +94,8 @@ pub(super) fn facing<R: Real>([x, y, z]: [R; 3], direction: [R; 3]) -> (R, [R; 3
 }
 
 impl<R: Real> Line<R> {
-    /// Starts at `p` along `d`, both with the axis of the face first, for a length of at most `length`.
+    /// Starts at `p` along `d`, both with the axis of the face first, for a length of at most
+    /// `length`.
     #[inline(always)]
     pub(super) fn new([p0, p1, p2]: [R; 3], [d0, d1, d2]: [R; 3], length: R) -> Self {
         let (zero, one) = (p0.all(0.0), p0.all(1.0));
@@ -210,7 +213,7 @@ impl Line {
     }
 }
 
-/// Gives the coordinates along `axis` and the two after it.
+/// Returns the coordinates along `axis` and the two after it.
 #[inline(always)]
 pub(super) fn turned(p: DVec3, axis: usize) -> [f64; 3] {
     match axis {
@@ -220,7 +223,7 @@ pub(super) fn turned(p: DVec3, axis: usize) -> [f64; 3] {
     }
 }
 
-/// Gives the taus at which a coordinate enters and leaves a cell.
+/// Returns the taus at which a coordinate enters and leaves a cell.
 #[inline(always)]
 fn ends(cell: &Cell, at: f64, per: f64) -> [f64; 2] {
     let (middle, half) = ((cell.middle - at) * per, cell.half * per.abs());

@@ -1,9 +1,12 @@
-//! Patches: the surface as a height field on the faces of a cube, in polynomials that are certainly above it by less than a known width.
+//! Patches: the surface as a height field on the faces of a cube, in polynomials that are certainly
+//! above it by less than a known width.
 //!
-//! The projective map (u, v, w) = (p1/p0, p2/p0, 1/|p0|) of a cube face keeps rays straight, and a star-shaped surface becomes w = 1/Z(u, v), Z = f/s,
-//! s = sqrt(1 + u^2 + v^2). A ray visits the few patches in which it comes near the surface (`node`), and in each the first root of a polynomial is
-//! found by steps that pass none (`patch`). From outside the surface is taken at its upper bound, from inside at its lower one: the root is
-//! at or before the true one, never after, and within the width of it.
+//! The projective map (u, v, w) = (p1/p0, p2/p0, 1/|p0|) of a cube face keeps rays straight, and a
+//! star-shaped surface becomes w = 1/Z(u, v), Z = f/s, s = sqrt(1 + u^2 + v^2). A ray visits the
+//! few patches in which it comes near the surface (`node`), and in each the first root of a
+//! polynomial is found by steps that pass none (`patch`). From outside the surface is taken at its
+//! upper bound, from inside at its lower one: the root is at or before the true one, never after,
+//! and within the width of it.
 
 mod batch;
 mod board;
@@ -60,12 +63,13 @@ enum Side {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Answer<T> {
     Known(T),
-    /// The ray starts so near the surface that only the series can tell on which side, or from so far that it is coarse.
+    /// The ray starts so near the surface that only the series can tell on which side, or from so
+    /// far that it is coarse.
     AskSeries,
 }
 
 impl Side {
-    /// Gives 1 outside and -1 inside: the sign of F on this side.
+    /// Returns 1 outside and -1 inside: the sign of F on this side.
     #[inline(always)]
     fn sign(self) -> f64 {
         match self {
@@ -89,12 +93,12 @@ impl Patches {
         self.radius * (f64::from(self.width) + patch::TOLERANCE)
     }
 
-    /// Gives the box around the body, metres.
+    /// Returns the box around the body, metres.
     pub(super) fn bounds(&self) -> Aabb {
         self.around
     }
 
-    /// Gives the bytes that patches and tree take.
+    /// Returns the bytes that patches and tree take.
     pub(super) fn bytes(&self) -> usize {
         let nodes: usize = self.levels.iter().map(|l| size_of_val(&l[..])).sum();
         nodes + size_of_val(&self.leaves[..]) + self.board.bytes()
@@ -108,7 +112,7 @@ impl Patches {
         })
     }
 
-    /// Tells whether a ray hits anything.
+    /// Whether a ray hits anything.
     pub(super) fn blocked(&self, ray: &Ray) -> Answer<bool> {
         dispatch!(self.level, simd => {
             let route = self.route(simd, ray);
@@ -116,7 +120,8 @@ impl Patches {
         })
     }
 
-    /// Finds the first hits of many rays; gives the places of those that only the series can answer.
+    /// Finds the first hits of many rays; gives the places of those that only the series can
+    /// answer.
     pub(super) fn hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) -> Vec<usize> {
         for hit in hits.iter_mut() {
             *hit = None;
@@ -126,7 +131,8 @@ impl Patches {
         answers.unanswered
     }
 
-    /// Marks the rays that hit anything, passing over those marked already; gives the places of those that only the series can answer.
+    /// Marks the rays that hit anything, passing over those marked already; gives the places of
+    /// those that only the series can answer.
     pub(super) fn mark_blocked(&self, rays: &[Ray], blocked: &mut [bool]) -> Vec<usize> {
         let mut answers = Marks { blocked, unanswered: Vec::new() };
         dispatch!(self.level, simd => self.answer(simd, rays, &mut answers));
@@ -177,7 +183,8 @@ impl Patches {
         })
     }
 
-    /// Describes a crossing on a stretch by where that starts and how long it is; the rounding of the point counts as error too.
+    /// Describes a crossing on a stretch by where that starts and how long it is; the rounding of
+    /// the point counts as error too.
     #[inline(always)]
     fn describe(&self, ray: &Ray, start: f64, length: f64, walk: &Walk, tangent: &Tangent) -> Hit {
         let normal = walk.normal(tangent).normalize();
@@ -280,14 +287,16 @@ mod tests {
             let (Answer::Known(a), Answer::Known(b)) = (widest.hit(&ray), narrow.hit(&ray)) else {
                 panic!("rays from outside are answered by patches");
             };
-            // Both lie within the bound above the surface; a ray that only one of them meets grazes it by as little.
+            // Both lie within the bound above the surface; a ray that only one of them meets grazes
+            // it by as little.
             let gap = |p: DVec3| (p.length() - series.value(p.normalize())).abs();
             for hit in [a, b].into_iter().flatten() {
                 assert!(gap(hit.point) <= hit.error);
             }
             if let (Some(a), Some(b)) = (a, b) {
                 met += 1;
-                // At a slope of 1e-2 or steeper along the ray, two points that near the surface are that near each other.
+                // At a slope of 1e-2 or steeper along the ray, two points that near the surface are
+                // that near each other.
                 let slope = (a.normal.dot(ray.direction)).abs();
                 assert!(
                     slope < 1e-2 || (a.distance - b.distance).abs() <= (a.error + b.error) / slope

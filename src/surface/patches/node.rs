@@ -1,4 +1,5 @@
-//! Nodes: sixteen children at once, patches or nodes, with the range of w in which the surface lies over each.
+//! Nodes: sixteen children at once, patches or nodes, with the range of w in which the surface lies
+//! over each.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
@@ -7,7 +8,8 @@ use super::Side;
 use super::board::Spans;
 use super::line::Line;
 
-/// Planes w = low + by_u u + by_v v below the surface over each child, lane j * 4 + i for child i along u, j along v; raised by `thickness` they are above it.
+/// Planes w = low + by_u u + by_v v below the surface over each child, lane j * 4 + i for child i
+/// along u, j along v; raised by `thickness` they are above it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub(super) struct Node {
@@ -38,7 +40,8 @@ pub(super) struct Probe {
 /// What a node says of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Meeting {
-    /// The children over which the line may meet the surface, a bit for each; bit k is child k ^ [`Probe::flip`], and the lowest is met first.
+    /// The children over which the line may meet the surface, a bit for each; bit k is child k ^
+    /// [`Probe::flip`], and the lowest is met first.
     pub(super) children: u16,
     /// Whether it certainly does so over one of them.
     pub(super) certain: bool,
@@ -49,7 +52,7 @@ impl Node {
     pub(super) const EMPTY: Self =
         Self { low: [0.0; 16], thickness: [0.0; 16], by_u: [0.0; 16], by_v: [0.0; 16] };
 
-    /// Tells on which side of the surface a line starts, over a child, if the planes can.
+    /// Returns on which side of the surface a line starts, over a child, if the planes can.
     #[inline(always)]
     pub(super) fn side(&self, lane: usize, line: &Line) -> Option<Side> {
         let (low, thickness) = (f64::from(self.low[lane]), f64::from(self.thickness[lane]));
@@ -64,7 +67,8 @@ impl Node {
         }
     }
 
-    /// Gives the first tau from `enter` on at which the line meets the plane of a child on the line's side; there it is before the surface still.
+    /// Returns the first tau from `enter` on at which the line meets the plane of a child on the
+    /// line's side; there it is before the surface still.
     #[inline(always)]
     pub(super) fn reach(&self, lane: usize, line: &Line, side: Side, enter: f64) -> f64 {
         let (low, thickness) = (f64::from(self.low[lane]), f64::from(self.thickness[lane]));
@@ -75,7 +79,8 @@ impl Node {
         };
         let above = sign * (line.w - plane - by_u * line.u - by_v * line.v);
         let rise = sign * (line.dw - by_u * line.du - by_v * line.dv);
-        // Where the plane is not reached the line may touch it within the rounding of `Probe::meet`.
+        // Where the plane is not reached the line may touch it within the rounding of
+        // `Probe::meet`.
         if rise > 0.0 { enter.max(-above / rise) } else { enter }
     }
 }
@@ -100,7 +105,7 @@ impl Probe {
         }
     }
 
-    /// Gives what turns the number of a child into the order in which it is met.
+    /// Returns what turns the number of a child into the order in which it is met.
     #[inline(always)]
     pub(super) fn flip(&self) -> usize {
         usize::from(3 * self.near[0] + 12 * self.near[1])
@@ -150,7 +155,8 @@ fn load<S: Simd>(simd: S, lanes: &[f32; 16]) -> f32x16<S> {
     f32x16::simd_from(simd, *lanes)
 }
 
-/// Turns a mask of children so that the first that a line meets is its lowest bit: along a line they never go back.
+/// Turns a mask of children so that the first that a line meets is its lowest bit: along a line
+/// they never go back.
 #[inline(always)]
 fn in_order(bits: u32, near: [u8; 2]) -> u32 {
     let within =

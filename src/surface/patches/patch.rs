@@ -1,7 +1,9 @@
-//! One patch: a polynomial of degree 7 in each direction that lies certainly above the surface, and the first root of a line against it.
+//! One patch: a polynomial of degree 7 in each direction that lies certainly above the surface, and
+//! the first root of a line against it.
 //!
-//! With x, y in [-1, 1] the height is Z(x, y) = base + sum c_ij x^i y^j. A line (x, y, w)(tau) is outside while F = 1 - w Z > 0. Between here and
-//! D = 2 F / (sqrt(F'^2 + 2 K F) - F') there is no root when F'' >= -K, as in certified stepping, but K is that of this patch.
+//! With x, y in [-1, 1] the height is Z(x, y) = base + sum c_ij x^i y^j. A line (x, y, w)(tau) is
+//! outside while F = 1 - w Z > 0. Between here and D = 2 F / (sqrt(F'^2 + 2 K F) - F') there is no
+//! root when F'' >= -K, as in certified stepping, but K is that of this patch.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
@@ -16,7 +18,8 @@ pub(super) const ORDER: usize = 8;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub(super) struct Patch {
-    /// Row k: the coefficients of x^i y^(2k), then those of x^i y^(2k+1); the constant is kept apart.
+    /// Row k: the coefficients of x^i y^(2k), then those of x^i y^(2k+1); the constant is kept
+    /// apart.
     pub(super) rows: [[f32; 16]; ORDER / 2],
     /// The constant, raised so that the polynomial is nowhere below the surface.
     pub(super) base: f64,
@@ -67,11 +70,13 @@ impl Tangent {
     pub(super) const UNKNOWN: Self = Self { height: f64::NAN, dx: f64::NAN, dy: f64::NAN };
 }
 
-/// Steps that a search may take; then it ends as if it had found a root, too early rather than never. Away from a root a step is at least
-/// sqrt(2 TOLERANCE / K), so that only a K beyond all measure gets here: the most of 4 million rays, one in a hundred grazing, are 184.
+/// Steps that a search may take; then it ends as if it had found a root, too early rather than
+/// never. Away from a root a step is at least sqrt(2 TOLERANCE / K), so that only a K beyond all
+/// measure gets here: the most of 4 million rays, one in a hundred grazing, are 184.
 const STEPS: u32 = 100_000;
 
-/// The largest F that counts as a root, in largest radii: F times the distance from the centre is the radial distance.
+/// The largest F that counts as a root, in largest radii: F times the distance from the centre is
+/// the radial distance.
 pub(super) const TOLERANCE: f64 = 1e-7;
 
 const fn pattern(bit: usize, set: f32, clear: f32) -> [f32; 16] {
@@ -94,7 +99,8 @@ const CLEAR: [[f32; 16]; 4] =
 /// The power of x in each lane.
 const POWER: [f32; 16] = [0., 1., 2., 3., 4., 5., 6., 7., 0., 1., 2., 3., 4., 5., 6., 7.];
 
-/// The sums over even powers of y, and their derivative by y^2, and the monomials they are multiplied with.
+/// The sums over even powers of y, and their derivative by y^2, and the monomials they are
+/// multiplied with.
 struct Folded<S: Simd> {
     sums: f32x16<S>,
     slopes: f32x16<S>,
@@ -104,9 +110,10 @@ struct Folded<S: Simd> {
     by_y: f32x16<S>,
 }
 
-// Functions, not closures: a closure does not take the instruction set over from where it is written.
+// Functions, not closures: a closure does not take the instruction set over from where it is
+// written.
 
-/// Gives `value` in the lanes whose number has a bit, 1 in the others.
+/// Returns `value` in the lanes whose number has a bit, 1 in the others.
 #[inline(always)]
 fn factor<S: Simd>(simd: S, bit: usize, value: f32) -> f32x16<S> {
     let set = f32x16::simd_from(simd, SET[bit]);

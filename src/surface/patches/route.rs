@@ -1,7 +1,8 @@
 //! The part of a ray that the patches have to look at.
 //!
-//! Between the box around the body and the ball that fills it the patches decide; a ray that enters the inner ball from
-//! outside has crossed the surface before, and on its way out nothing is met in there.
+//! Between the box around the body and the ball that fills it the patches decide; a ray that enters
+//! the inner ball from outside has crossed the surface before, and on its way out nothing is met in
+//! there.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
@@ -11,10 +12,12 @@ use super::lanes::{LANES, Real};
 use super::{Patches, Side};
 use crate::math::Ray;
 
-/// From which part of the squared radius of the ball on a start is outside: nothing is beyond the ball, and 1e-9 radii are within every error bound.
+/// From which part of the squared radius of the ball on a start is outside: nothing is beyond the
+/// ball, and 1e-9 radii are within every error bound.
 const ON_BALL: f64 = 1.0 - 2e-9;
 
-/// From how many largest radii off the rounding of a ray's own points is no longer small: there the series answers.
+/// From how many largest radii off the rounding of a ray's own points is no longer small: there the
+/// series answers.
 const FAR: f64 = 1e9;
 
 /// A ray, or eight.
@@ -57,7 +60,8 @@ pub(super) struct Stretch<R = f64> {
 pub(super) enum Route {
     /// Nothing: it passes by.
     Nowhere,
-    /// It starts too near the surface for patches to tell on which side, or too far off: the series must.
+    /// It starts too near the surface for patches to tell on which side, or too far off: the series
+    /// must.
     Series,
     /// It starts outside; perhaps it ends where it enters the inner ball.
     Outside { stretch: Stretch, enters: bool },
@@ -66,7 +70,7 @@ pub(super) enum Route {
 }
 
 impl<R: Real> Rays<R> {
-    /// Gives the points at distances `t`.
+    /// Returns the points at distances `t`.
     #[inline(always)]
     fn at(&self, t: R) -> [R; 3] {
         let ([ox, oy, oz], [dx, dy, dz]) = (self.origin, self.direction);
@@ -127,13 +131,13 @@ impl<S: Simd> Stretch<f64x8<S>> {
 }
 
 impl<R: Real> Passage<R> {
-    /// Tells which rays come into the box: none that are not numbers.
+    /// Returns which rays come into the box: none that are not numbers.
     #[inline(always)]
     pub(super) fn passes(&self) -> R::Mask {
         self.start.at_most(self.end)
     }
 
-    /// Tells which rays start outside the box, and not too far away.
+    /// Returns which rays start outside the box, and not too far away.
     #[inline(always)]
     pub(super) fn comes_from_outside(&self, patches: &Patches, rays: &Rays<R>) -> R::Mask {
         let far = self.nearest.all(FAR * patches.radius);
@@ -175,7 +179,8 @@ impl Patches {
         }
     }
 
-    /// Gives the distances between which rays are in the box around the body; a ray along a face of it counts as inside.
+    /// Returns the distances between which rays are in the box around the body; a ray along a face
+    /// of it counts as inside.
     #[inline(always)]
     fn through_box<R: Real>(&self, rays: &Rays<R>) -> (R, R) {
         // A little more than the roundings of a quotient.
@@ -195,7 +200,8 @@ impl Patches {
         (enter, leave)
     }
 
-    /// Gives the stretch of rays that start outside, and tells which enter the inner ball at its end.
+    /// Returns the stretch of rays that start outside, and tells which enter the inner ball at its
+    /// end.
     #[inline(always)]
     pub(super) fn outside<R: Real>(
         &self,

@@ -1,7 +1,9 @@
-//! The walk of a ray: face after face, in each down the tree to the patches it may meet, in the order in which it meets them.
+//! The walk of a ray: face after face, in each down the tree to the patches it may meet, in the
+//! order in which it meets them.
 //!
-//! `Walk` is the state of one ray and `Move` what it does next. `trace` makes the moves of one ray one after the other, `batch` those of
-//! many side by side: the same moves with the same arithmetic.
+//! `Walk` is the state of one ray and `Move` what it does next. `trace` makes the moves of one ray
+//! one after the other, `batch` those of many side by side: the same moves with the same
+//! arithmetic.
 
 use fearless_simd::Simd;
 use glam::DVec3;
@@ -52,7 +54,8 @@ pub(super) enum Move {
 }
 
 impl Patches {
-    /// Follows one walk to its first crossing: the walk there and the tangent. With `ANY` any crossing will do.
+    /// Follows one walk to its first crossing: the walk there and the tangent. With `ANY` any
+    /// crossing will do.
     #[inline(always)]
     pub(super) fn trace<S: Simd, const ANY: bool>(
         &self,
@@ -91,7 +94,8 @@ impl Patches {
         meeting.certain
     }
 
-    /// Makes the move [`Move::Approach`]: from the walk's node down to the patch, up to the plane before it.
+    /// Makes the move [`Move::Approach`]: from the walk's node down to the patch, up to the plane
+    /// before it.
     #[inline(always)]
     pub(super) fn approach(&self, walk: &mut Walk) -> Step {
         let (row, column) = (walk.row as usize, walk.column as usize);
@@ -112,7 +116,8 @@ impl Patches {
         self.leaves[walk.patch as usize].step(simd, &walk.line, walk.side, &mut walk.search)
     }
 
-    /// Tells on which side of the surface a point is, in largest radii; `None` when it is too near to say.
+    /// Returns on which side of the surface a point is, in largest radii; `None` when it is too
+    /// near to say.
     #[inline(always)]
     pub(super) fn side<S: Simd>(&self, simd: S, p: DVec3) -> Option<Side> {
         let (face, p, _) = facing(p.to_array(), [0.0; 3]);
@@ -186,7 +191,8 @@ impl Walk {
         }
     }
 
-    /// Finds the next move after a node has been opened or a patch searched in vain, and goes there.
+    /// Finds the next move after a node has been opened or a patch searched in vain, and goes
+    /// there.
     #[inline(always)]
     pub(super) fn turn(&mut self) -> Move {
         let waiting = self.waiting >> (16 * self.level);
@@ -228,13 +234,14 @@ impl Walk {
         true
     }
 
-    /// Gives how far the search has come from the start of a stretch of this length, in largest radii.
+    /// Returns how far the search has come from the start of a stretch of this length, in largest
+    /// radii.
     #[inline(always)]
     pub(super) fn progress(&self, length: f64) -> f64 {
         length - self.left + self.line.distance(self.search.tau)
     }
 
-    /// Gives the outward normal of the patch under search.
+    /// Returns the outward normal of the patch under search.
     #[inline(always)]
     pub(super) fn normal(&self, tangent: &Tangent) -> DVec3 {
         self.line.normal(self.face, self.search.tau, &self.search.local, tangent)

@@ -1,12 +1,19 @@
-//! The box whose faces are parallel to the coordinate planes: a solid seen from outside, or a room seen from inside.
+//! The box whose faces are parallel to the coordinate planes: a solid seen from outside, or a room
+//! seen from inside.
 //!
 //! Why a closed room does not leak:
-//! 1. A ray that starts in the closed box meets its walls only from inside: entries are not looked at. Every exit distance is then a
-//!    quotient of two numbers of one sign, so it is not negative, and the smallest is a hit, through edges and corners too.
-//! 2. A hit point has the coordinate of its face to the bit, and its other two coordinates are held a few dozen roundings off the
-//!    neighbouring faces. So it is exactly on the box, and departing along an axis from one wall never goes behind another.
-//! 3. The distance kept off the edges is sixteen error bounds. The rounding of a rotated and moved copy
-//!    ([`crate::surface::Instance`]) therefore does not push a departed point behind a wall either, as long as the copy is not
+//! 1. A ray that starts in the closed box meets its walls only from inside: entries are not looked
+//!    at. Every exit distance is then a
+//!    quotient of two numbers of one sign, so it is not negative, and the smallest is a hit,
+//!    through edges and corners too.
+//! 2. A hit point has the coordinate of its face to the bit, and its other two coordinates are held
+//!    a few dozen roundings off the
+//!    neighbouring faces. So it is exactly on the box, and departing along an axis from one wall
+//!    never goes behind another.
+//! 3. The distance kept off the edges is sixteen error bounds. The rounding of a rotated and moved
+//!    copy
+//!    ([`crate::surface::Instance`]) therefore does not push a departed point behind a wall either,
+//!    as long as the copy is not
 //!    moved farther than a few times the box's own largest coordinate.
 
 use glam::{DVec2, DVec3};
@@ -16,9 +23,11 @@ use crate::math::{Aabb, Ray, sampling};
 use crate::surface::{AreaPoint, Division, Facet, Hit, Outline, SampleArea, Surface, facets};
 use crate::{Error, Result};
 
-/// Holds an axis-aligned box; its outer side is the outside, or the inside when it is turned inward.
+/// Holds an axis-aligned box; its outer side is the outside, or the inside when it is turned
+/// inward.
 ///
-/// The `part` of a hit is its face: 0 to 5 for `x_min`, `x_max`, `y_min`, `y_max`, `z_min`, `z_max`.
+/// The `part` of a hit is its face: 0 to 5 for `x_min`, `x_max`, `y_min`, `y_max`, `z_min`,
+/// `z_max`.
 ///
 /// ```
 /// use glam::DVec3;
@@ -44,20 +53,23 @@ impl AxisBox {
     /// Makes the box between two corners; the normals point outward.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when a coordinate is not finite, or `min < max` does not hold on every axis by more than rounding.
+    /// [`Error::Parameter`] when a coordinate is not finite, or `min < max` does not hold on every
+    /// axis by more than rounding.
     pub fn new(min: DVec3, max: DVec3) -> Result<Self> {
         let min = checks::point("the lower corner of a box", min)?;
         let max = checks::point("the upper corner of a box", max)?;
         if !min.cmplt(max).all() {
             return Err(Error::Parameter(format!(
-                "a box needs min < max on every axis, found {min} and {max}; a flat one is a rectangle"
+                "a box needs min < max on every axis, found {min} and {max}; a flat one is a \
+                 rectangle"
             )));
         }
         let largest = min.abs().max(max.abs());
         let thinnest = checks::length("the thinnest side of a box", (max - min).min_element())?;
         checks::resolvable("the thinnest side of a box", thinnest, largest)?;
-        // The points are exactly on their face, so any number would do as a bound; this one gives a departing ray eight roundings
-        // of the largest coordinate, which it keeps when it is added to any coordinate of the box.
+        // The points are exactly on their face, so any number would do as a bound; this one gives a
+        // departing ray eight roundings of the largest coordinate, which it keeps when it is added
+        // to any coordinate of the box.
         let error = 2.0 * f64::EPSILON * largest.max_element();
         Ok(Self { faces: Aabb { min, max }, inward: false, error })
     }
@@ -68,12 +80,12 @@ impl AxisBox {
         self
     }
 
-    /// Tells whether the normals point to the inside.
+    /// Whether the normals point to the inside.
     pub const fn is_inward(&self) -> bool {
         self.inward
     }
 
-    /// Gives the unit normal of face `part` (0 to 5).
+    /// Returns the unit normal of face `part` (0 to 5).
     pub fn normal(&self, part: u32) -> DVec3 {
         let mut normal = DVec3::ZERO;
         normal[axis(part)] = if is_upper(part) == self.inward { -1.0 } else { 1.0 };
@@ -90,7 +102,8 @@ impl AxisBox {
         Hit { distance, point, normal, shading_normal: normal, error: self.error, part }
     }
 
-    /// Gives the distances at which the line enters and leaves the closed box, each with its face; `None` when it passes by.
+    /// Returns the distances at which the line enters and leaves the closed box, each with its
+    /// face; `None` when it passes by.
     fn crossings(&self, ray: &Ray) -> Option<[(f64, u32); 2]> {
         let (mut enter, mut exit) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
         let (below, above) = (self.faces.min - ray.origin, self.faces.max - ray.origin);
@@ -110,7 +123,7 @@ impl AxisBox {
         (enter.0 <= exit.0).then_some([enter, exit])
     }
 
-    /// Gives the areas of the six faces added up, by part.
+    /// Returns the areas of the six faces added up, by part.
     fn cumulative_areas(&self) -> [f64; 6] {
         let e = self.faces.extent();
         let areas = [e.y * e.z, e.z * e.x, e.x * e.y];
@@ -122,12 +135,12 @@ impl AxisBox {
     }
 }
 
-/// Gives the axis to which face `part` is perpendicular.
+/// Returns the axis to which face `part` is perpendicular.
 const fn axis(part: u32) -> usize {
     (part / 2) as usize
 }
 
-/// Tells whether face `part` is the one with the larger coordinate.
+/// Whether face `part` is the one with the larger coordinate.
 const fn is_upper(part: u32) -> bool {
     part % 2 == 1
 }

@@ -1,6 +1,7 @@
 //! What the constructors of the shapes ask of their parameters, and how they say so.
 //!
-//! Sizes are kept within 1e-100..1e100, so that squares and products neither overflow nor underflow.
+//! Sizes are kept within 1e-100..1e100, so that squares and products neither overflow nor
+//! underflow.
 
 use std::fmt::Display;
 
@@ -43,7 +44,8 @@ pub(super) fn resolvable(what: &str, size: f64, at: DVec3) -> Result<()> {
         return Ok(());
     }
     Err(Error::Parameter(format!(
-        "{what} of {size} m is lost in rounding at coordinates of {coordinate} m; move the scene nearer to the origin"
+        "{what} of {size} m is lost in rounding at coordinates of {coordinate} m; move the scene \
+         nearer to the origin"
     )))
 }
 

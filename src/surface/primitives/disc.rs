@@ -30,8 +30,8 @@ impl Disc {
     /// Makes the disc about `centre` perpendicular to `normal`, which may have any length.
     ///
     /// # Errors
-    /// [`crate::Error::Parameter`] when a number is not finite, the normal is zero, or the radius is not positive or is lost in
-    /// rounding at the centre.
+    /// [`crate::Error::Parameter`] when a number is not finite, the normal is zero, or the radius
+    /// is not positive or is lost in rounding at the centre.
     pub fn new(centre: DVec3, normal: DVec3, radius: f64) -> Result<Self> {
         let centre = checks::point("the centre of a disc", centre)?;
         let normal = checks::direction("the normal of a disc", normal)?;
@@ -40,17 +40,17 @@ impl Disc {
         Ok(Self { centre, normal, radius })
     }
 
-    /// Gives the centre, metres.
+    /// Returns the centre, metres.
     pub const fn centre(&self) -> DVec3 {
         self.centre
     }
 
-    /// Gives the unit normal.
+    /// Returns the unit normal.
     pub const fn normal(&self) -> DVec3 {
         self.normal
     }
 
-    /// Gives the radius, metres.
+    /// Returns the radius, metres.
     pub const fn radius(&self) -> f64 {
         self.radius
     }

@@ -1,4 +1,5 @@
-//! Double-double arithmetic (Dekker 1971; Hida, Li, Bailey 2001), 32 digits: the truth against which error bounds are tested.
+//! Double-double arithmetic (Dekker 1971; Hida, Li, Bailey 2001), 32 digits: the truth against
+//! which error bounds are tested.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -14,7 +15,7 @@ impl From<f64> for Twofold {
     }
 }
 
-/// Gives a + b without error.
+/// Returns a + b without error.
 fn two_sum(a: f64, b: f64) -> Twofold {
     let s = a + b;
     let t = s - a;
@@ -93,14 +94,14 @@ impl Exact {
     }
 }
 
-/// Gives the signed distance of a point from a sphere, positive outside.
+/// Returns the signed distance of a point from a sphere, positive outside.
 pub(crate) fn from_sphere(point: Exact, centre: DVec3, radius: f64) -> f64 {
     let v = point.minus(centre.into());
     let (squared, radius) = (v.dot(v), Twofold::from(radius));
     (squared - radius * radius).value() / (squared.value().sqrt() + radius.value())
 }
 
-/// Gives the signed distance of a point from a plane.
+/// Returns the signed distance of a point from a plane.
 pub(crate) fn from_plane(point: Exact, on: DVec3, normal: Exact) -> f64 {
     normal.dot(point.minus(on.into())).value() / normal.value().length()
 }

@@ -37,12 +37,12 @@ impl Plane {
         })
     }
 
-    /// Gives the point the plane was made with, metres.
+    /// Returns the point the plane was made with, metres.
     pub const fn point(&self) -> DVec3 {
         self.point
     }
 
-    /// Gives the unit normal.
+    /// Returns the unit normal.
     pub const fn normal(&self) -> DVec3 {
         self.normal
     }
@@ -59,7 +59,8 @@ impl Surface for Plane {
     fn bounds(&self) -> Aabb {
         let mut bounds = Aabb::ALL;
         for axis in 0..3 {
-            // An axis is bounded only if the other two components are zero to the bit: the plane has no end.
+            // An axis is bounded only if the other two components are zero to the bit: the plane
+            // has no end.
             if self.normal[(axis + 1) % 3] == 0.0 && self.normal[(axis + 2) % 3] == 0.0 {
                 (bounds.min[axis], bounds.max[axis]) = (self.point[axis], self.point[axis]);
             }
@@ -68,18 +69,20 @@ impl Surface for Plane {
     }
 }
 
-/// Gives the distance at which the ray crosses the plane; `None` outside its range, parallel to the plane, or for a NaN.
+/// Returns the distance at which the ray crosses the plane; `None` outside its range, parallel to
+/// the plane, or for a NaN.
 pub(super) fn crossing(ray: &Ray, point: DVec3, normal: DVec3) -> Option<f64> {
-    // The same product as in `Hit::departure`: both agree on the side to which a direction looks, to the last bit.
+    // The same product as in `Hit::departure`: both agree on the side to which a direction looks,
+    // to the last bit.
     let distance = normal.dot(point - ray.origin) / normal.dot(ray.direction);
     (distance.is_finite() && ray.contains(distance)).then_some(distance)
 }
 
 /// Makes the hit at `centre + offset`, the offset first projected onto the plane.
 ///
-/// Error: with s = n.v and q = v - s n, rounding the product leaves 3u|v|, |n|^2 = 1 +- 4u and the rounding of s n leave 5u|s|, the
-/// difference u|q|, the last sum u|p|; a disc's rim test adds 2u|q|. As |s|, |q| <= |v| that is below 12u|v| + 2u|p|.
-/// Side test of a departed ray: n.(centre - origin) is good to 4u|v|, a fraction of the 2.5 bounds that remain.
+/// Error: with s = n.v and q = v - s n, rounding the product leaves 3u|v|, |n|^2 = 1 +- 4u and the
+/// rounding of s n leave 5u|s|, the difference u|q|, the last sum u|p|; a disc's rim test adds
+/// 2u|q|. As |s|, |q| <= |v| that is below 12u|v| + 2u|p|. Side test of a departed ray: n.(centre - origin) is good to 4u|v|, a fraction of the 2.5 bounds that remain.
 pub(super) fn place(centre: DVec3, normal: DVec3, offset: DVec3, distance: f64) -> Hit {
     let point = centre + (offset - normal.dot(offset) * normal);
     let error = f64::EPSILON * (6.0 * offset.length() + point.length());

@@ -7,7 +7,8 @@ use crate::math::{Aabb, Ray};
 use crate::surface::{AreaPoint, Division, Facet, Hit, Outline, SampleArea, Surface, facets};
 use crate::{Error, Result};
 
-/// Holds the rectangle `corner + a edge_u + b edge_v`, 0 <= a, b <= 1; its outer side is that of `edge_u x edge_v`.
+/// Holds the rectangle `corner + a edge_u + b edge_v`, 0 <= a, b <= 1; its outer side is that of
+/// `edge_u x edge_v`.
 ///
 /// ```
 /// use glam::DVec3;
@@ -29,11 +30,12 @@ pub struct Rectangle {
 }
 
 impl Rectangle {
-    /// Makes a rectangle. `edge_v` is made exactly perpendicular to `edge_u`, from which it may deviate by 1e-9 of its length.
+    /// Makes a rectangle. `edge_v` is made exactly perpendicular to `edge_u`, from which it may
+    /// deviate by 1e-9 of its length.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when a number is not finite, an edge is zero or lost in rounding at the corner, or the edges are not
-    /// perpendicular.
+    /// [`Error::Parameter`] when a number is not finite, an edge is zero or lost in rounding at the
+    /// corner, or the edges are not perpendicular.
     pub fn new(corner: DVec3, edge_u: DVec3, edge_v: DVec3) -> Result<Self> {
         let corner = checks::point("the corner of a rectangle", corner)?;
         let unit_u = checks::direction("an edge of a rectangle", edge_u)?;
@@ -41,7 +43,8 @@ impl Rectangle {
         let cos = unit_u.dot(unit_v);
         if cos.abs() > 1e-9 {
             return Err(Error::Parameter(format!(
-                "the edges {edge_u} and {edge_v} of a rectangle must be perpendicular, the cosine between them is {cos:.3e}"
+                "the edges {edge_u} and {edge_v} of a rectangle must be perpendicular, the cosine \
+                 between them is {cos:.3e}"
             )));
         }
         let edge_v = edge_v - (edge_v.dot(edge_u) / edge_u.length_squared()) * edge_u;
@@ -53,31 +56,32 @@ impl Rectangle {
         Ok(Self { corner, edge_u, edge_v, normal, lengths })
     }
 
-    /// Gives the corner, metres.
+    /// Returns the corner, metres.
     pub const fn corner(&self) -> DVec3 {
         self.corner
     }
 
-    /// Gives the first edge, metres.
+    /// Returns the first edge, metres.
     pub const fn edge_u(&self) -> DVec3 {
         self.edge_u
     }
 
-    /// Gives the second edge, metres, perpendicular to the first.
+    /// Returns the second edge, metres, perpendicular to the first.
     pub const fn edge_v(&self) -> DVec3 {
         self.edge_v
     }
 
-    /// Gives the unit normal, along `edge_u x edge_v`.
+    /// Returns the unit normal, along `edge_u x edge_v`.
     pub const fn normal(&self) -> DVec3 {
         self.normal
     }
 
     /// Makes the hit at parameters within the unit square.
     ///
-    /// Error: the exact point of these parameters is on the rectangle; products and their sum lose 2u(a|U| + b|V|), the sum with
-    /// the corner u|p|. Side test of a departed ray: the computed normal is tilted by less than 4u and its product with
-    /// corner - origin is good to 4u of that length, 8u(a|U| + b|V|) in all against 2.5 times the 6u below.
+    /// Error: the exact point of these parameters is on the rectangle; products and their sum lose
+    /// 2u(a|U| + b|V|), the sum with the corner u|p|. Side test of a departed ray: the computed
+    /// normal is tilted by less than 4u and its product with corner - origin is good to 4u of that
+    /// length, 8u(a|U| + b|V|) in all against 2.5 times the 6u below.
     fn place(&self, at: DVec2, distance: f64) -> Hit {
         let point = self.corner + (at.x * self.edge_u + at.y * self.edge_v);
         let error = f64::EPSILON * (3.0 * at.dot(self.lengths) + point.length());

@@ -6,7 +6,8 @@ use crate::math::lanes::{LANES, load, splat};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f64x8};
 
-/// Tells which of some rectangles a ray meets, by the same arithmetic, to the bit, as [`Rectangle`] itself.
+/// Describes which of some rectangles a ray meets, by the same arithmetic, to the bit, as
+/// [`Rectangle`] itself.
 #[derive(Debug, Clone)]
 pub(crate) struct Rectangles {
     blocks: Vec<Block>,
@@ -32,7 +33,7 @@ impl Rectangles {
         Self { blocks: rectangles.chunks(LANES).map(Block::new).collect(), level: Level::new() }
     }
 
-    /// Gives the numbers, as bits, of those that each ray meets.
+    /// Returns the numbers, as bits, of those that each ray meets.
     pub(crate) fn met(&self, rays: &[Ray], met: &mut [u64]) {
         met.fill(0);
         if !self.blocks.is_empty() {
@@ -72,7 +73,7 @@ impl Block {
         block
     }
 
-    /// Gives the lanes whose rectangle the ray meets: [`Rectangle::hit`], step by step.
+    /// Returns the lanes whose rectangle the ray meets: [`Rectangle::hit`], step by step.
     #[inline(always)]
     fn met<S: Simd>(&self, simd: S, ray: &Ray) -> u64 {
         let [origin, direction] = [splat(simd, ray.origin), splat(simd, ray.direction)];
@@ -132,7 +133,8 @@ mod tests {
                 let [a, b, c, _] = stream.next_4d();
                 let rectangle = all.get(i % count.max(1));
                 match (i % 5, rectangle) {
-                    // Towards its edge and its corner, along its plane, from its plane, and ended at its plane.
+                    // Towards its edge and its corner, along its plane, from its plane, and ended
+                    // at its plane.
                     (0, Some(r)) => Ray::new(from, (r.corner + a * r.edge_u - from).normalize()),
                     (1, Some(r)) => Ray::new(from, (r.corner + r.edge_v - from).normalize()),
                     (2, Some(r)) => Ray::new(r.corner - r.edge_u, r.edge_u.normalize()),

@@ -1,8 +1,9 @@
 //! The sphere.
 //!
-//! The quadratic after Haines, Guenther, Akenine-Moeller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems,
-//! 2019, chapter 7: the discriminant is taken at the point of closest approach, which keeps its digits for far origins, and the
-//! smaller root comes from the product of the roots.
+//! The quadratic after Haines, Guenther, Akenine-Moeller, "Precision Improvements for Ray/Sphere
+//! Intersection", Ray Tracing Gems, 2019, chapter 7: the discriminant is taken at the point of
+//! closest approach, which keeps its digits for far origins, and the smaller root comes from the
+//! product of the roots.
 
 use std::f64::consts::PI;
 
@@ -36,7 +37,8 @@ impl Sphere {
     /// Makes a sphere whose normal points outward.
     ///
     /// # Errors
-    /// [`crate::Error::Parameter`] when a number is not finite or the radius is not positive or is lost in rounding at the centre.
+    /// [`crate::Error::Parameter`] when a number is not finite or the radius is not positive or is
+    /// lost in rounding at the centre.
     pub fn new(centre: DVec3, radius: f64) -> Result<Self> {
         let centre = checks::point("the centre of a sphere", centre)?;
         let radius = checks::length("the radius of a sphere", radius)?;
@@ -50,25 +52,26 @@ impl Sphere {
         self
     }
 
-    /// Gives the centre, metres.
+    /// Returns the centre, metres.
     pub const fn centre(&self) -> DVec3 {
         self.centre
     }
 
-    /// Gives the radius, metres.
+    /// Returns the radius, metres.
     pub const fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Tells whether the normal points to the inside.
+    /// Whether the normal points to the inside.
     pub const fn is_inward(&self) -> bool {
         self.inward
     }
 
     /// Makes the hit at `centre + offset`, the offset first brought to the length of the radius.
     ///
-    /// Error: |v| is good to 2.5u, the quotient and the product add 2u, so |q| = R (1 +- 4.5u); the last sum adds u|p|.
-    /// Side test of a departed ray: |origin - centre|^2 - R^2 is good to 6u R^2, against 2.5 bounds times 2R, 30u R^2 at least.
+    /// Error: |v| is good to 2.5u, the quotient and the product add 2u, so |q| = R (1 +- 4.5u); the
+    /// last sum adds u|p|. Side test of a departed ray: |origin - centre|^2 - R^2 is good to 6u
+    /// R^2, against 2.5 bounds times 2R, 30u R^2 at least.
     fn place(&self, offset: DVec3, distance: f64) -> Hit {
         let length = offset.length();
         let outward = offset / length;
@@ -85,14 +88,16 @@ impl Surface for Sphere {
         let towards = -from.dot(ray.direction);
         let closest = from + towards * ray.direction;
         let squared = self.radius * self.radius;
-        // The product of the roots; negative inside, where the discriminant is at least its size whatever rounding says.
+        // The product of the roots; negative inside, where the discriminant is at least its size
+        // whatever rounding says.
         let product = from.length_squared() - squared;
         let discriminant = (squared - closest.length_squared()).max(-product);
         if !(discriminant >= 0.0 && ray.direction.is_finite() && ray.direction != DVec3::ZERO) {
             return None;
         }
         let half_chord = discriminant.sqrt();
-        // Both summands have one sign: nothing cancels in the larger root, and the product gives the smaller.
+        // Both summands have one sign: nothing cancels in the larger root, and the product gives
+        // the smaller.
         let larger = towards + half_chord.copysign(towards);
         let smaller = if larger == 0.0 { 0.0 } else { product / larger };
         let (near, far) = if larger > 0.0 { (smaller, larger) } else { (larger, smaller) };

@@ -1,4 +1,5 @@
-//! A broken rule: which, by which answer to which ray; printed with all bits, so that the ray can become a regression test.
+//! A broken rule: which, by which answer to which ray; printed with all bits, so that the ray can
+//! become a regression test.
 
 use std::fmt;
 
@@ -23,8 +24,8 @@ pub enum RayQuestion {
     MarkBlocked,
 }
 
-/// Names what an answer must keep to. G is the gap of the body at a place, h the depth across the surface there: -G for a ray that starts outside,
-/// G for one that starts inside.
+/// Names what an answer must keep to. G is the gap of the body at a place, h the depth across the
+/// surface there: -G for a ray that starts outside, G for one that starts inside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RayRule {
     /// A hit has finite numbers, a unit normal and a positive error bound.
@@ -33,9 +34,11 @@ pub enum RayRule {
     OnRay,
     /// |G| at the hit is within the error bound of the hit.
     WithinError,
-    /// A ray that leaves the surface by `Hit::leave` is not reported to hit it where it is no nearer to it than half the gap it started with.
+    /// A ray that leaves the surface by `Hit::leave` is not reported to hit it where it is no
+    /// nearer to it than half the gap it started with.
     LeavesSurface,
-    /// Before the hit (without one, before the ray ends) the ray is nowhere deeper across the surface than the error bound there.
+    /// Before the hit (without one, before the ray ends) the ray is nowhere deeper across the
+    /// surface than the error bound there.
     PassesNothing,
     /// A blocked ray comes within the error bound of the surface somewhere.
     BlockedBySomething,

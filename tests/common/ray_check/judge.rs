@@ -1,17 +1,23 @@
 //! The rules an answer is judged by, given the exact series.
 //!
-//! Let G = |p| - f(p/|p|) along the ray, and h = -G for a ray that starts outside the body, h = G for one that starts inside: the depth
-//! across the surface; certified stepping reports the first root t_c of h. An answer t_p of error bound e may differ from it only as far as e explains:
+//! Let G = |p| - f(p/|p|) along the ray, and h = -G for a ray that starts outside the body, h = G
+//! for one that starts inside: the depth across the surface; certified stepping reports the first
+//! root t_c of h. An answer t_p of error bound e may differ from it only as far as e explains:
 //!
 //! 1. |G(t_p)| <= e, whether there is a certified root or not.
-//! 2. For all t from the start of the ray to t_p (without a hit: to its end) h(t) <= e(t), the error bound of the surface there: what was passed
-//!    over is not deeper than the error. Certified stepping says that h < 0 before t_c, so [t_c, t_p] is left. There the rule is decided by
-//!    halving: |G''| <= K by the certified bounds of the body, so that h <= max(h(a), h(b)) + K (b - a)^2 / 8 between a and b.
+//! 2. For all t from the start of the ray to t_p (without a hit: to its end) h(t) <= e(t), the
+//!    error bound of the surface there: what was passed
+//!    over is not deeper than the error. Certified stepping says that h < 0 before t_c, so [t_c,
+//!    t_p] is left. There the rule is decided by
+//!    halving: |G''| <= K by the certified bounds of the body, so that h <= max(h(a), h(b)) + K
+//!    (b - a)^2 / 8 between a and b.
 //! 3. A ray that is blocked has a t with h(t) >= -e(t), decided the same way.
 //!
-//! e(t) is the error of the hit of a radial ray from afar through the point at t, or that of the reported hit if it is larger; rounding of the
-//! point itself is added. Where the ray starts within e of the surface, either side may be taken for its start; but not for a ray that left a
-//! hit by `Hit::leave`, which is certainly on its side: it must not be reported to hit where its gap is more than half of that at its start.
+//! e(t) is the error of the hit of a radial ray from afar through the point at t, or that of the
+//! reported hit if it is larger; rounding of the point itself is added. Where the ray starts within
+//! e of the surface, either side may be taken for its start; but not for a ray that left a hit by
+//! `Hit::leave`, which is certainly on its side: it must not be reported to hit where its gap is
+//! more than half of that at its start.
 
 use std::cell::Cell;
 
@@ -29,7 +35,8 @@ pub(super) struct Judge<'a> {
     test: &'a TestRay,
     certified: Option<Hit>,
     chord: Option<Chord>,
-    /// The gap where the ray comes into the bounding ball or starts inside it; at its origin if it leaves the surface.
+    /// The gap where the ray comes into the bounding ball or starts inside it; at its origin if it
+    /// leaves the surface.
     start_gap: f64,
     deepest: Cell<f64>,
 }
@@ -72,17 +79,18 @@ impl<'a> Judge<'a> {
         self.test.kind == RayKind::Grazing
     }
 
-    /// Gives the largest ratio of a depth passed over to the bound there, over the answers judged so far.
+    /// Returns the largest ratio of a depth passed over to the bound there, over the answers judged
+    /// so far.
     pub(super) fn deepest_passed(&self) -> f64 {
         self.deepest.get()
     }
 
-    /// Gives |G| / error of a hit.
+    /// Returns |G| / error of a hit.
     pub(super) fn gap_ratio(&self, hit: &Hit) -> f64 {
         self.body.gap_value(hit.point).abs() / hit.error
     }
 
-    /// Tells whether an answer differs from the certified one by more than rounding.
+    /// Whether an answer differs from the certified one by more than rounding.
     pub(super) fn differs(&self, found: Option<&Hit>) -> bool {
         match (self.certified, found) {
             (Some(a), Some(b)) => {
@@ -140,7 +148,8 @@ impl<'a> Judge<'a> {
     /// Judges what lies before `end` on the ray; `error` is the bound of the hit there.
     fn passes_nothing(&self, end: f64, error: f64) -> Result<(), RayRule> {
         let passed = |side: Side| {
-            // Only on the side it takes the ray to start on does certified stepping vouch for what lies before its root.
+            // Only on the side it takes the ray to start on does certified stepping vouch for what
+            // lies before its root.
             let first = match (side == self.own_side(), &self.certified, &self.chord) {
                 (_, _, None) | (true, None, _) => return true,
                 (true, Some(root), _) => root.distance,
@@ -155,12 +164,13 @@ impl<'a> Judge<'a> {
         if self.starts_in_ball() && self.start_gap < 0.0 { Side::Inside } else { Side::Outside }
     }
 
-    /// Tells whether the ray starts in the bounding ball; one that enters it comes from outside, however its entry is rounded.
+    /// Whether the ray starts in the bounding ball; one that enters it comes from outside, however
+    /// its entry is rounded.
     fn starts_in_ball(&self) -> bool {
         self.chord.is_some_and(|chord| chord.start <= self.test.ray.t_min)
     }
 
-    /// Gives the side the ray starts on, and the other one too if the error explains it.
+    /// Returns the side the ray starts on, and the other one too if the error explains it.
     fn sides(&self) -> impl Iterator<Item = Side> {
         let own = self.own_side();
         let other = if own == Side::Inside { Side::Outside } else { Side::Inside };
@@ -181,7 +191,8 @@ impl<'a> Judge<'a> {
         Place { t, depth: self.depth(side, t) }
     }
 
-    /// Gives the error bound of the surface at a place of the ray: that of the hit of a radial ray from afar.
+    /// Returns the error bound of the surface at a place of the ray: that of the hit of a radial
+    /// ray from afar.
     fn bound(&self, t: f64) -> f64 {
         let rounding = self.body.tolerance() + self.gap_rounding(t);
         let Some(out) = self.test.ray.at(t).try_normalize() else { return rounding };
@@ -207,7 +218,8 @@ impl<'a> Judge<'a> {
         (bounds.curvature + bounds.slope) / (rho * rho) + 1.0 / rho
     }
 
-    /// Tells whether the ray is nowhere between two distances deeper across the surface than the error bound.
+    /// Whether the ray is nowhere between two distances deeper across the surface than the error
+    /// bound.
     fn shallow(&self, side: Side, from: f64, to: f64, error: f64) -> bool {
         let Some(chord) = &self.chord else { return true };
         let (from, to) = (from.max(chord.start), to.min(chord.end));
@@ -246,7 +258,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Tells whether the ray comes within the error bound of the surface, or across it.
+    /// Whether the ray comes within the error bound of the surface, or across it.
     fn touches(&self, side: Side) -> bool {
         let ray = &self.test.ray;
         let cap = if self.test.left { 0.5 * self.start_gap.abs() } else { f64::INFINITY };
@@ -267,8 +279,9 @@ impl<'a> Judge<'a> {
         }) == Piece::Found
     }
 
-    /// Shows a stretch of the ray to `judge`, halving the pieces it asks to: `judge` gets both ends of a piece and an upper bound of the
-    /// depth between. What lies in the ball that fills the body is left out.
+    /// Shows a stretch of the ray to `judge`, halving the pieces it asks to: `judge` gets both ends
+    /// of a piece and an upper bound of the depth between. What lies in the ball that fills the
+    /// body is left out.
     fn each_piece(
         &self,
         side: Side,
@@ -304,7 +317,8 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// What is to be done with a piece of a ray; of a stretch: whether all of it was done with, or something found, or it stayed open.
+/// What is to be done with a piece of a ray; of a stretch: whether all of it was done with, or
+/// something found, or it stayed open.
 #[derive(Clone, Copy, PartialEq)]
 enum Piece {
     Done,
@@ -312,7 +326,7 @@ enum Piece {
     Halve,
 }
 
-/// Gives the parts of a stretch outside the ball that fills the body.
+/// Returns the parts of a stretch outside the ball that fills the body.
 fn outside_core(body: &RadialBody, chord: &Chord, from: f64, to: f64) -> [(f64, f64); 2] {
     match body.core(chord) {
         Some((enter, leave)) if enter < to && leave > from => {
@@ -322,7 +336,7 @@ fn outside_core(body: &RadialBody, chord: &Chord, from: f64, to: f64) -> [(f64, 
     }
 }
 
-/// Gives the middle of the part of a stretch that is inside the ball that fills the body.
+/// Returns the middle of the part of a stretch that is inside the ball that fills the body.
 fn core_middle(body: &RadialBody, chord: &Chord, from: f64, to: f64) -> Option<f64> {
     let (enter, leave) = body.core(chord)?;
     let (enter, leave) = (enter.max(from), leave.min(to));

@@ -1,4 +1,5 @@
-//! Checks an intersector against certified stepping: very many rays, one in a hundred made to graze, through every way of asking.
+//! Checks an intersector against certified stepping: very many rays, one in a hundred made to
+//! graze, through every way of asking.
 //!
 //! `judge` holds the rules, `rays` makes the rays, `borders` those on borders of cube faces,
 //! `shapes` the bodies that are hard for an intersector, `fault` says which ray broke what.
@@ -37,7 +38,8 @@ pub struct RayCheckSettings {
     pub seed: u64,
 }
 
-/// Holds what came of a check. The counts of rays, hits, differences and misses are of single first hits; largest values and faults of all questions.
+/// Holds what came of a check. The counts of rays, hits, differences and misses are of single first
+/// hits; largest values and faults of all questions.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RayCheck {
     /// Rays asked.
@@ -46,14 +48,16 @@ pub struct RayCheck {
     pub grazing: u64,
     /// Rays that certified stepping says hit.
     pub hits: u64,
-    /// Rays whose two answers differ by more than rounding: one hits and the other does not, or the distances differ.
+    /// Rays whose two answers differ by more than rounding: one hits and the other does not, or the
+    /// distances differ.
     pub differences: u64,
-    /// Rays that certified stepping says hit and the surface did not report, explained by its error bound or not.
+    /// Rays that certified stepping says hit and the surface did not report, explained by its error
+    /// bound or not.
     pub misses: u64,
     /// The largest |G| / error over the reported hits; at most 1 unless a rule is broken.
     pub largest_gap: f64,
-    /// The largest ratio of the depth to which a ray was let into the body (from inside: out of it) unreported, to the error bound there; at most 1
-    /// unless a rule is broken.
+    /// The largest ratio of the depth to which a ray was let into the body (from inside: out of it)
+    /// unreported, to the error bound there; at most 1 unless a rule is broken.
     pub deepest_passed: f64,
     /// How many answers broke a rule.
     pub broken: u64,
@@ -62,7 +66,7 @@ pub struct RayCheck {
 }
 
 impl RayCheck {
-    /// Tells whether every answer kept every rule.
+    /// Whether every answer kept every rule.
     pub fn holds(&self) -> bool {
         self.broken == 0
     }
@@ -89,8 +93,9 @@ impl RayCheck {
     }
 }
 
-/// Asks `examined` every ray in every way (one by one and in batches, first hit and whether blocked) and judges the answers by the body of
-/// `oracle`, the same shape with certified stepping. On all threads; `done` is told, from any of them, how many rays more are through.
+/// Asks `examined` every ray in every way (one by one and in batches, first hit and whether
+/// blocked) and judges the answers by the body of `oracle`, the same shape with certified stepping.
+/// On all threads; `done` is told, from any of them, how many rays more are through.
 pub fn check_rays(
     examined: &dyn Surface,
     oracle: &ShSurface,

@@ -1,6 +1,7 @@
 //! The rays of a check: by far the most ordinary, one in a hundred made to graze.
 //!
-//! Every ray depends on the seed and its number only. What kind it is follows from the number modulo 100.
+//! Every ray depends on the seed and its number only. What kind it is follows from the number
+//! modulo 100.
 
 use std::f64::consts::TAU;
 
@@ -123,12 +124,12 @@ impl Rays<'_> {
         towards(radius * draw.direction(), radius * draw.direction())
     }
 
-    /// Gives a point of the ball of the largest radius.
+    /// Returns a point of the ball of the largest radius.
     fn ball_point(&self, draw: &mut Draw) -> DVec3 {
         self.radius() * draw.unit().cbrt() * draw.direction()
     }
 
-    /// Gives a point of the body.
+    /// Returns a point of the body.
     fn inner_point(&self, draw: &mut Draw) -> DVec3 {
         let direction = draw.direction();
         draw.unit() * self.oracle.body().series().value(direction) * direction
@@ -139,7 +140,8 @@ impl Rays<'_> {
         towards(distance * draw.direction(), self.ball_point(draw))
     }
 
-    /// Leaves a hit, to either side, every other time within a degree or far less of the tangent plane.
+    /// Leaves a hit, to either side, every other time within a degree or far less of the tangent
+    /// plane.
     fn leaving(&self, draw: &mut Draw) -> Option<Ray> {
         let hit = self.examined.hit(&self.chord(draw))?;
         let hit = if draw.coin() { self.examined.refine(&hit) } else { hit };
@@ -224,7 +226,7 @@ impl Draw {
         low * (high / low).powf(self.unit())
     }
 
-    /// Gives a unit vector across a normal.
+    /// Returns a unit vector across a normal.
     fn tangent(&mut self, normal: DVec3) -> DVec3 {
         let (sin, cos) = (TAU * self.unit()).sin_cos();
         Frame::about(normal).to_world(DVec3::new(cos, sin, 0.0))

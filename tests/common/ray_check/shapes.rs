@@ -14,7 +14,8 @@ pub struct CheckShape {
     pub coefficients: Coefficients,
 }
 
-/// Makes the bodies: spheres (one hidden in degree 16), random spectra of degrees 4, 16 and 64, a thin spike, a deep dent, and a disc.
+/// Makes the bodies: spheres (one hidden in degree 16), random spectra of degrees 4, 16 and 64, a
+/// thin spike, a deep dent, and a disc.
 ///
 /// # Errors
 /// None that the fixed degrees could cause.
@@ -38,7 +39,7 @@ fn sphere(lmax: usize) -> Coefficients {
     f
 }
 
-/// Gives a random body whose smallest radius is about 0.4.
+/// Returns a random body whose smallest radius is about 0.4.
 fn random(lmax: usize, exponent: f64) -> Result<Coefficients> {
     let mut f = gaussian(&power_law(1.0, exponent, 1, lmax)?, lmax as u64)?;
     let (lowest, _) = range(&f)?;
@@ -47,13 +48,15 @@ fn random(lmax: usize, exponent: f64) -> Result<Coefficients> {
     Ok(f)
 }
 
-/// Gives the unit sphere with a Gaussian bump of a height and an angular width, radians, about a direction that is no axis of anything.
+/// Returns the unit sphere with a Gaussian bump of a height and an angular width, radians, about a
+/// direction that is no axis of anything.
 fn bump(lmax: usize, height: f64, width: f64) -> Result<Coefficients> {
     let middle = DVec3::new(0.3, -0.5, 0.7).normalize();
     sampled(lmax, |w| 1.0 + height * (-0.5 * (w.angle_between(middle) / width).powi(2)).exp())
 }
 
-/// Gives an oblate spheroid ten times as wide as thick, about a direction that is no axis of anything.
+/// Returns an oblate spheroid ten times as wide as thick, about a direction that is no axis of
+/// anything.
 fn disc(lmax: usize) -> Result<Coefficients> {
     let axis = DVec3::new(0.6, 0.2, -0.4).normalize();
     sampled(lmax, |w| {

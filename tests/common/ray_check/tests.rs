@@ -68,7 +68,8 @@ fn right_answers_hold_and_are_counted() {
 
 #[test]
 fn answers_that_own_up_to_their_error_hold() {
-    // Late by 1e-6: a gap of 1e-6 times the slope of the gap along the ray, which the error bound owns up to.
+    // Late by 1e-6: a gap of 1e-6 times the slope of the gap along the ray, which the error bound
+    // owns up to.
     let check = check(RANDOM, |s, ray, hit| {
         let error = 1e-5;
         hit.map(|hit| {
@@ -139,7 +140,8 @@ fn lobes_passed_by_coarse_steps_are_found() {
 
 #[test]
 fn surfaces_hit_by_what_leaves_them_are_found() {
-    // A surface that is traced to 1e-6 but refined to rounding: its own departures start inside its error.
+    // A surface that is traced to 1e-6 but refined to rounding: its own departures start inside its
+    // error.
     let check = check(RANDOM, |s, ray, hit| {
         let gap = s.body().gap_value(ray.origin).abs();
         if gap > 0.0 && gap < 1e-6 && ray.t_min == 0.0 {

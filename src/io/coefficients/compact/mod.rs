@@ -1,7 +1,8 @@
 //! The compact form: a shape to a tolerance, in as few bytes as that takes.
 //!
-//! The coefficients of an orthonormal basis are rounded to multiples of one step, which the writer chooses for the tolerance, and these
-//! whole numbers are entropy-coded under a model of the spectrum. `docs/compact.md` has the mathematics and what it costs and buys.
+//! The coefficients of an orthonormal basis are rounded to multiples of one step, which the writer
+//! chooses for the tolerance, and these whole numbers are entropy-coded under a model of the
+//! spectrum. `docs/compact.md` has the mathematics and what it costs and buys.
 //!
 //! ```text
 //! bytes  what
@@ -19,7 +20,8 @@
 //! 4      CRC-32 of all bytes before, little endian
 //! ```
 //!
-//! "1.." is a number of 7 bits a byte, the last ones first, the highest bit set on all bytes but the last.
+//! "1.." is a number of 7 bits a byte, the last ones first, the highest bit set on all bytes but
+//! the last.
 
 mod model;
 mod quantise;
@@ -48,10 +50,12 @@ const HAS_CENTRE: u8 = 4;
 /// The bytes of the checksum.
 const CHECK: usize = 4;
 
-/// Each byte of a file vouches for this many coefficients at most, so that no file announces more than memory holds.
+/// Each byte of a file vouches for this many coefficients at most, so that no file announces more
+/// than memory holds.
 const COEFFICIENTS_PER_BYTE: usize = 64;
 
-/// Says how far the stored radius may be from the given one: the root of the mean square over the sphere.
+/// Says how far the stored radius may be from the given one: the root of the mean square over the
+/// sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tolerance {
     /// Metres. A fifth of the truncation error of a fit is `Metres(0.2 * fit.error.rms)`.
@@ -81,7 +85,8 @@ impl Tolerance {
 pub struct Compact {
     /// The file.
     pub bytes: Vec<u8>,
-    /// The root of the mean square over the sphere of what [`parse`] gives less what was given, metres.
+    /// The root of the mean square over the sphere of what [`parse`] gives less what was given,
+    /// metres.
     pub rms: f64,
     /// The step between stored values of orthonormal coefficients of mean square 1, metres.
     pub step: f64,
@@ -90,7 +95,7 @@ pub struct Compact {
 }
 
 impl Compact {
-    /// Gives the bytes that hold the coefficients past degree 0.
+    /// Returns the bytes that hold the coefficients past degree 0.
     pub const fn body(&self) -> usize {
         self.bytes.len() - self.header - CHECK
     }
@@ -98,7 +103,8 @@ impl Compact {
 
 /// Writes a shape in as few bytes as the tolerance allows, and decodes them to measure the error.
 ///
-/// The centre, and what is known of the source, are kept exactly; leave out [`Shape::source`] to save its bytes.
+/// The centre, and what is known of the source, are kept exactly; leave out [`Shape::source`] to
+/// save its bytes.
 ///
 /// ```
 /// use std::path::Path;
@@ -116,8 +122,9 @@ impl Compact {
 /// ```
 ///
 /// # Errors
-/// [`Error::Parameter`] for a tolerance that is not positive, or finer than the form can hold (2^-50 of the largest coefficient, or
-/// radii beyond f32); [`Error::Numeric`] should the decoded shape miss the tolerance.
+/// [`Error::Parameter`] for a tolerance that is not positive, or finer than the form can hold
+/// (2^-50 of the largest coefficient, or radii beyond f32); [`Error::Numeric`] should the decoded
+/// shape miss the tolerance.
 pub fn encode(shape: &Shape, tolerance: Tolerance) -> Result<Compact> {
     let metres = tolerance.metres(shape)?;
     let lmax = shape.coefficients.lmax();
@@ -187,7 +194,7 @@ const fn unzigzag(number: u64) -> i64 {
     (number >> 1) as i64 ^ -((number & 1) as i64)
 }
 
-/// Gives what coefficients of mean square 1 are multiplied with to become A_lm and B_lm.
+/// Returns what coefficients of mean square 1 are multiplied with to become A_lm and B_lm.
 fn norm(place: Place) -> f64 {
     let doubled = if place.m == 0 { 1.0 } else { 2.0 };
     (doubled * (2 * place.l + 1) as f64).sqrt()
@@ -203,7 +210,7 @@ fn orthonormal(coefficients: &Coefficients) -> Vec<f64> {
     std::iter::once(coefficients.mean()).chain(others).collect()
 }
 
-/// Gives the root mean square over the sphere of the difference.
+/// Returns the root mean square over the sphere of the difference.
 fn distance(a: &Coefficients, b: &Coefficients) -> Result<f64> {
     let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
     let cosines = minus(a.cosines(), b.cosines());
@@ -211,12 +218,12 @@ fn distance(a: &Coefficients, b: &Coefficients) -> Result<f64> {
     Ok((difference.energy() / (4.0 * PI)).sqrt())
 }
 
-/// Reads a file of this form; `path` is for messages. The same bytes give the same bits on every machine, and memory is bound by
-/// their number.
+/// Reads a file of this form; `path` is for messages. The same bytes give the same bits on every
+/// machine, and memory is bound by their number.
 ///
 /// # Errors
-/// [`Error::Input`] when the bytes do not begin as this form does, are of another version, cut off, damaged, or announce more
-/// coefficients than they can hold.
+/// [`Error::Input`] when the bytes do not begin as this form does, are of another version, cut off,
+/// damaged, or announce more coefficients than they can hold.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Shape> {
     check_start(path, bytes)?;
     let broken = |message: &str| Error::from(remade(path, message));
@@ -408,7 +415,8 @@ mod tests {
         ball.coefficients.set(0, 0, 2.0, 0.0);
         let file = encode(&ball, Tolerance::Metres(1e-6)).expect("encoded");
         assert!(file.bytes.len() <= 20 && file.body() <= 2, "{}", file.bytes.len());
-        // Each byte vouches for 64 coefficients: 129^2 of them take 261 bytes even when they are nothing.
+        // Each byte vouches for 64 coefficients: 129^2 of them take 261 bytes even when they are
+        // nothing.
         let padded = Shape::new(ball.coefficients.truncated(128));
         let file = encode(&padded, Tolerance::Metres(1e-6)).expect("encoded");
         assert_eq!(file.bytes.len(), 261);
@@ -439,9 +447,9 @@ mod tests {
         for end in 0..bytes.len() {
             assert!(matches!(read(&bytes[..end]), Err(Error::Input(_))), "cut at {end}");
             for bit in 0..8 {
-                let mut spoilt = bytes.clone();
-                spoilt[end] ^= 1 << bit;
-                assert!(matches!(read(&spoilt), Err(Error::Input(_))), "byte {end}, bit {bit}");
+                let mut non_finite = bytes.clone();
+                non_finite[end] ^= 1 << bit;
+                assert!(matches!(read(&non_finite), Err(Error::Input(_))), "byte {end}, bit {bit}");
             }
         }
         assert!(

@@ -1,16 +1,18 @@
-//! How likely each quantised coefficient is, given those before it: the one thing the writer and the reader of the compact form must
-//! agree about to the last bit.
+//! How likely each quantised coefficient is, given those before it: the one thing the writer and
+//! the reader of the compact form must agree about to the last bit.
 //!
-//! The magnitude to expect at (l, m) is a weighted mean of what stands at nearby orders of the same and the three degrees before,
-//! and of a power law over the degree, E_1 l^-p, whose numbers the file carries. The law of the deviations is Student's t of 2, 4, 8 or
-//! 16 degrees of freedom: long tails forgive a wrong expectation, and for an even number of degrees of freedom its
-//! cumulative function is algebraic (Abramowitz and Stegun 26.7.4),
+//! The magnitude to expect at (l, m) is a weighted mean of what stands at nearby orders of the same
+//! and the three degrees before, and of a power law over the degree, E_1 l^-p, whose numbers the
+//! file carries. The law of the deviations is Student's t of 2, 4, 8 or 16 degrees of freedom: long
+//! tails forgive a wrong expectation, and for an even number of degrees of freedom its cumulative
+//! function is algebraic (Abramowitz and Stegun 26.7.4),
 //!
 //! ```text
 //! F(t) = 1/2 + s/2 (1 + c/2 (1 + 3c/4 (1 + 5c/6 (...)))),   s = t / sqrt(t^2 + nu),   c = nu / (t^2 + nu).
 //! ```
 //!
-//! So only + - * / and sqrt take part, which IEEE 754 rounds alike on every machine, and no exp or log of a system's library.
+//! So only + - * / and sqrt take part, which IEEE 754 rounds alike on every machine, and no exp or
+//! log of a system's library.
 
 use std::borrow::Borrow;
 use std::f64::consts::SQRT_2;
@@ -41,7 +43,8 @@ const DEGREE_WEIGHTS: [u32; 4] = [4, 4, 2, 1];
 const ORDER_WEIGHTS: [u32; 5] = [60, 30, 20, 15, 12];
 const LAW_WEIGHT: f64 = 120.0;
 
-/// Half the degrees of freedom, and the mean magnitude E|t|, of the distributions that a file can choose.
+/// Half the degrees of freedom, and the mean magnitude E|t|, of the distributions that a file can
+/// choose.
 const TAILS: [(u32, f64); 4] = [(1, SQRT_2), (2, 1.0), (4, 0.883_883_476), (8, 0.838_018_3)];
 
 /// Numbers a coefficient: degree, order, and whether it is that of the sine.
@@ -67,12 +70,14 @@ impl Place {
         (1..=lmax).flat_map(degree)
     }
 
-    /// Gives the index in a degree-major list without the sines of order 0: l^2 + 2m - 1 or + 2m, l^2 at order 0.
+    /// Returns the index in a degree-major list without the sines of order 0: l^2 + 2m - 1 or + 2m,
+    /// l^2 at order 0.
     pub(super) const fn index(self) -> usize {
         self.l * self.l + (2 * self.m + self.sine as usize).saturating_sub(1)
     }
 
-    /// Tells by one bit each whether a mirror at the planes x = 0, y = 0, z = 0 turns the sign of the basis function.
+    /// Returns by one bit each whether a mirror at the planes x = 0, y = 0, z = 0 turns the sign of
+    /// the basis function.
     const fn parity(self) -> u8 {
         let sine = self.sine as usize;
         (((self.m + sine) & 1) | sine << 1 | ((self.l + self.m) & 1) << 2) as u8
@@ -82,13 +87,15 @@ impl Place {
 /// Holds the two bytes by which a file chooses its law of expectation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Law {
-    /// The mirrors (one bit each for x, y, z) that coefficients must share to tell of one another, 0 to 7.
+    /// The mirrors (one bit each for x, y, z) that coefficients must share to tell of one another,
+    /// 0 to 7.
     pub(super) mirrors: u8,
     /// The row of the table of distributions, 0 to 3.
     pub(super) tail: u8,
     /// Twice the power p, 0 to 7.
     pub(super) decay: u8,
-    /// The magnitude expected at degree 1, 2^(level / 4) / 4 with straight lines between the powers of two.
+    /// The magnitude expected at degree 1, 2^(level / 4) / 4 with straight lines between the powers
+    /// of two.
     pub(super) level: u8,
 }
 
@@ -101,13 +108,13 @@ impl Law {
         Self { mirrors: first & 7, tail: first >> 3 & 3, decay: first >> 5, level }
     }
 
-    /// Gives the distribution at degree l in such surroundings.
+    /// Returns the distribution at degree l in such surroundings.
     pub(super) fn distribution(self, l: usize, around: Surroundings) -> Distribution {
         let expected = (around.sum + LAW_WEIGHT * self.expected(l)) / (around.weights + LAW_WEIGHT);
         Distribution::new(expected + FLOOR, self.tail)
     }
 
-    /// Gives the magnitude that the power law expects at degree l >= 1.
+    /// Returns the magnitude that the power law expects at degree l >= 1.
     fn expected(self, l: usize) -> f64 {
         let quarters = f64::from(4 + u32::from(self.level % 4)) / 16.0;
         let start = quarters * (1_u64 << (self.level / 4).min(63)) as f64;
@@ -142,13 +149,13 @@ impl Context {
         self.values.push(value);
     }
 
-    /// Gives all values past degree 0.
+    /// Returns all values past degree 0.
     pub(super) fn into_values(mut self) -> Vec<i64> {
         self.values.remove(0);
         self.values
     }
 
-    /// Gives the distribution at the next place, which must be `place`.
+    /// Returns the distribution at the next place, which must be `place`.
     pub(super) fn next(&self, place: Place) -> Distribution {
         self.law.distribution(place.l, self.surroundings(place))
     }
@@ -225,7 +232,7 @@ impl Distribution {
         i64::try_from(value).ok().filter(|value| value.unsigned_abs() <= LARGEST.unsigned_abs())
     }
 
-    /// Gives the information in a value, bits.
+    /// Returns the information in a value, bits.
     pub(super) fn bits(self, value: i64) -> f64 {
         let (coarse, _) = self.split(value);
         let symbol = clamp(coarse);
@@ -236,7 +243,7 @@ impl Distribution {
         PRECISION as f64 - f64::from(to - from).log2() + f64::from(self.shift) + escaped
     }
 
-    /// Gives the probability of all numbers below `symbol`, in units of 2^-[`PRECISION`].
+    /// Returns the probability of all numbers below `symbol`, in units of 2^-[`PRECISION`].
     fn cumulative(self, symbol: i32) -> u32 {
         if symbol <= -END {
             return 0;
@@ -249,7 +256,7 @@ impl Distribution {
         below as u32 + LEAST * (symbol + END) as u32
     }
 
-    /// Gives Student's cumulative function.
+    /// Returns Student's cumulative function.
     fn student(self, t: f64) -> f64 {
         let freedom = f64::from(2 * self.half_freedom);
         let square = t * t + freedom;

@@ -1,12 +1,16 @@
-//! Chooses the step, the law and the whole numbers of a compact file: as few bits as the tolerance allows.
+//! Chooses the step, the law and the whole numbers of a compact file: as few bits as the tolerance
+//! allows.
 //!
-//! In an orthonormal basis all coefficients share one step (reverse water-filling: the error is white where the signal is above
-//! it, and what is below the step vanishes by itself). A value goes to the whole number q that least costs (x - q)^2 + lambda bits(q), in
-//! units of the step: near the middle between two numbers the shorter one wins, and the step shrinks a little to pay for it.
+//! In an orthonormal basis all coefficients share one step (reverse water-filling: the error is
+//! white where the signal is above it, and what is below the step vanishes by itself). A value goes
+//! to the whole number q that least costs (x - q)^2 + lambda bits(q), in units of the step: near
+//! the middle between two numbers the shorter one wins, and the step shrinks a little to pay for
+//! it.
 
 use super::model::{Context, LARGEST, Law, Place, Surroundings};
 
-/// Numbers the steps by the upper half of the bits of an f32: the smallest normal one, and the largest.
+/// Numbers the steps by the upper half of the bits of an f32: the smallest normal one, and the
+/// largest.
 const FIRST_STEP: u16 = 0x0080;
 const LAST_STEP: u16 = 0x7f7f;
 /// A factor of two in step numbers.
@@ -18,12 +22,12 @@ const REACH: u16 = OCTAVE / 2;
 /// The prices of a bit that are tried, in squared steps.
 const PRICES: [f64; 5] = [0.04, 0.07, 0.1, 0.13, 0.16];
 
-/// Gives the step with a number: all its 8 significant bits are in the 16 bits of the number.
+/// Returns the step with a number: all its 8 significant bits are in the 16 bits of the number.
 pub(super) fn step(number: u16) -> f64 {
     f64::from(f32::from_bits(u32::from(number) << 16))
 }
 
-/// Tells whether [`step`] is a normal positive number.
+/// Whether [`step`] is a normal positive number.
 pub(super) fn is_step(number: u16) -> bool {
     (FIRST_STEP..=LAST_STEP).contains(&number)
 }
@@ -45,8 +49,8 @@ struct Problem<'a> {
     tolerance: f64,
 }
 
-/// Quantises orthonormal coefficients (in the order of [`Place::index`]) to a root of summed squared errors of at most `tolerance`, > 0.
-/// `None` when no step is small enough.
+/// Quantises orthonormal coefficients (in the order of [`Place::index`]) to a root of summed
+/// squared errors of at most `tolerance`, > 0. `None` when no step is small enough.
 pub(super) fn choose(values: &[f64], lmax: usize, tolerance: f64) -> Option<Choice> {
     let problem = Problem { values, lmax, tolerance };
     let start = Law { mirrors: 0, tail: 2, decay: 4, level: 24 };
@@ -64,8 +68,8 @@ pub(super) fn choose(values: &[f64], lmax: usize, tolerance: f64) -> Option<Choi
     Some(improved(best, lmax))
 }
 
-/// Finds a largest step that keeps the tolerance at a price, by bisection (the error grows with the step, if not strictly), among all or
-/// around `near`.
+/// Finds a largest step that keeps the tolerance at a price, by bisection (the error grows with the
+/// step, if not strictly), among all or around `near`.
 fn largest(problem: &Problem, law: Law, price: f64, near: Option<u16>) -> Option<Choice> {
     let keeps = |number: u16| {
         let choice = quantised(problem, number, law, price)?;
@@ -89,7 +93,7 @@ fn largest(problem: &Problem, law: Law, price: f64, near: Option<u16>) -> Option
     Some(best)
 }
 
-/// Gives the number of the largest step up to `size`, when there is one with room above it.
+/// Returns the number of the largest step up to `size`, when there is one with room above it.
 fn step_below(size: f64) -> Option<u16> {
     let number = ((size as f32).to_bits() >> 16) as u16;
     (FIRST_STEP..LAST_STEP - ROOM).contains(&number).then_some(number)
@@ -133,7 +137,7 @@ fn whole(x: f64) -> Option<i64> {
     (x.abs() <= LARGEST as f64).then(|| x.round() as i64)
 }
 
-/// Gives the root of the summed squared errors.
+/// Returns the root of the summed squared errors.
 fn error(values: &[f64], numbers: &[i64], step: f64) -> f64 {
     let squares = values.iter().zip(numbers).map(|(x, q)| (x - *q as f64 * step).powi(2));
     squares.sum::<f64>().sqrt()
@@ -143,7 +147,8 @@ fn error(values: &[f64], numbers: &[i64], step: f64) -> f64 {
 fn improved(choice: Choice, lmax: usize) -> Choice {
     let mut best = (choice.bits, choice.law);
     for mirrors in 0..8 {
-        // What stands around a place depends on the mirrors alone: the rest of the law is cheap to vary.
+        // What stands around a place depends on the mirrors alone: the rest of the law is cheap to
+        // vary.
         let known = Known::new(&choice.numbers, lmax, Law { mirrors, ..choice.law });
         let mut law = Law { mirrors, ..best.1 };
         let mut bits = known.cost(law);
@@ -193,7 +198,7 @@ impl Known {
         Self(known.collect())
     }
 
-    /// Gives the information in the numbers past degree 0, bits.
+    /// Returns the information in the numbers past degree 0, bits.
     fn cost(&self, law: Law) -> f64 {
         self.0.iter().map(|(l, around, value)| law.distribution(*l, *around).bits(*value)).sum()
     }

@@ -1,8 +1,10 @@
-//! The whole numbers as bytes and back, by the range coder of the crate `constriction` under the model of `model.rs`.
+//! The whole numbers as bytes and back, by the range coder of the crate `constriction` under the
+//! model of `model.rs`.
 //!
-//! A number is split by its distribution into a symbol and `shift` last bits. The symbols -2048 and 2048 stand for all beyond; how far
-//! beyond follows as an Elias gamma code. Bits written out are coded with even odds, 16 at a time. The 32-bit words of the coder are
-//! stored with their most significant byte first; the coder reads zeros past the end, so zeros at the end are not stored.
+//! A number is split by its distribution into a symbol and `shift` last bits. The symbols -2048 and
+//! 2048 stand for all beyond; how far beyond follows as an Elias gamma code. Bits written out are
+//! coded with even odds, 16 at a time. The 32-bit words of the coder are stored with their most
+//! significant byte first; the coder reads zeros past the end, so zeros at the end are not stored.
 
 use constriction::stream::model::UniformModel;
 use constriction::stream::queue::{DefaultRangeDecoder, DefaultRangeEncoder};
@@ -14,7 +16,8 @@ use crate::{Error, Result};
 /// The most bits that are coded at once with even odds.
 const CHUNK: u32 = 16;
 
-/// Codes the numbers past degree 0 (in the order of [`Place::index`]) in as few bytes as decode to them.
+/// Codes the numbers past degree 0 (in the order of [`Place::index`]) in as few bytes as decode to
+/// them.
 pub(super) fn write(numbers: &[i64], lmax: usize, law: Law) -> Result<Vec<u8>> {
     let mut writer = Writer(DefaultRangeEncoder::new());
     let mut context = Context::new(law);
@@ -32,7 +35,8 @@ fn refused() -> Error {
     Error::Numeric("the range coder refused a coefficient".into())
 }
 
-/// Drops bytes from the end, the last one that stays raised by one where that helps, as long as `same` holds.
+/// Drops bytes from the end, the last one that stays raised by one where that helps, as long as
+/// `same` holds.
 fn shortened(mut bytes: Vec<u8>, same: impl Fn(&[u8]) -> bool) -> Vec<u8> {
     while let Some((_, kept)) = bytes.split_last() {
         let mut raised = kept.to_vec();
@@ -137,7 +141,7 @@ impl Reader {
     }
 }
 
-/// Gives all numbers of so many bits the same probability.
+/// Returns all numbers of so many bits the same probability.
 fn even(bits: u32) -> UniformModel<u32, PRECISION> {
     UniformModel::new(1 << bits)
 }
@@ -205,7 +209,8 @@ mod tests {
             })
             .sum();
         let bytes = write(&numbers, lmax, LAW).expect("coded");
-        // The coder ends on a whole byte, and zeros that its words happen to end with are not stored.
+        // The coder ends on a whole byte, and zeros that its words happen to end with are not
+        // stored.
         let spare = 8.0 * bytes.len() as f64 - bits;
         assert!((-16.0..=16.0).contains(&spare), "{spare}");
     }

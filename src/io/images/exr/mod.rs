@@ -41,7 +41,8 @@ pub enum Attribute {
     Matrix([[f32; 4]; 4]),
 }
 
-/// A channel that is computed when the image is written: its name, and what gives the value of a pixel, counted row by row from the top left.
+/// A channel that is computed when the image is written: its name, and what gives the value of a
+/// pixel, counted row by row from the top left.
 pub type Computed<'a> = (String, Box<dyn Fn(usize) -> f32 + Sync + 'a>);
 
 /// Makes the channels R, G, B and the luminance, `luminance.Y`, computed, of the main layer ("") or
@@ -119,14 +120,15 @@ pub struct Exr {
 }
 
 impl Exr {
-    /// Starts an image of `width` x `height` pixels without channels; its `software` attribute names this program.
+    /// Starts an image of `width` x `height` pixels without channels; its `software` attribute
+    /// names this program.
     pub fn new(width: usize, height: usize) -> Self {
         let attributes = BTreeMap::from([("software".to_owned(), SOFTWARE.into())]);
         Self { width, height, origin: [0, 0], whole: None, channels: BTreeMap::new(), attributes }
     }
 
-    /// Makes it a part of a picture of `whole` columns and rows, its first pixel being at the column and row `origin` there: the data window within the
-    /// display window.
+    /// Makes it a part of a picture of `whole` columns and rows, its first pixel being at the
+    /// column and row `origin` there: the data window within the display window.
     #[must_use]
     pub fn within(mut self, whole: [u32; 2], origin: [u32; 2]) -> Self {
         self.origin = origin.map(|n| i32::try_from(n).unwrap_or(i32::MAX));
@@ -138,7 +140,8 @@ impl Exr {
     /// layer ("") or in a named one.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when the number of pixels does not fit the size, or a channel of that name is there already.
+    /// [`Error::Parameter`] when the number of pixels does not fit the size, or a channel of that
+    /// name is there already.
     pub fn with_colour(self, layer: &str, pixels: &[Rgb]) -> Result<Self> {
         COLOUR.into_iter().try_fold(self, |exr, (channel, value)| {
             let samples = pixels.iter().map(|p| value(p) as f32).collect();
@@ -146,7 +149,8 @@ impl Exr {
         })
     }
 
-    /// Adds one channel; `name` is `LAYER.CHANNEL`, as `stderr.Y`. NaN and infinities are stored as they are.
+    /// Adds one channel; `name` is `LAYER.CHANNEL`, as `stderr.Y`. NaN and infinities are stored as
+    /// they are.
     ///
     /// # Errors
     /// As [`Exr::with_colour`].
@@ -166,23 +170,24 @@ impl Exr {
         Ok(self)
     }
 
-    /// Adds or replaces an attribute: `scene`, `seed`, `estimator`, `replicates`, ... (`software` is set).
+    /// Adds or replaces an attribute: `scene`, `seed`, `estimator`, `replicates`, ... (`software`
+    /// is set).
     pub fn with_attribute(mut self, name: &str, value: impl Into<Attribute>) -> Self {
         self.attributes.insert(name.to_owned(), value.into());
         self
     }
 
-    /// Gives the width in pixels.
+    /// Returns the width in pixels.
     pub const fn width(&self) -> usize {
         self.width
     }
 
-    /// Gives the height in pixels.
+    /// Returns the height in pixels.
     pub const fn height(&self) -> usize {
         self.height
     }
 
-    /// Gives the samples of a channel; `None` when there is no such channel.
+    /// Returns the samples of a channel; `None` when there is no such channel.
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         self.channels.get(name).map(Vec::as_slice)
     }
@@ -208,12 +213,12 @@ impl Exr {
         Some(pixels.map(|((r, g), b)| Rgb([*r, *g, *b].map(f64::from)).luminance()).collect())
     }
 
-    /// Gives the channel names in alphabetical order.
+    /// Returns the channel names in alphabetical order.
     pub fn channel_names(&self) -> impl Iterator<Item = &str> {
         self.channels.keys().map(String::as_str)
     }
 
-    /// Gives an attribute; `None` when there is none of that name.
+    /// Returns an attribute; `None` when there is none of that name.
     pub fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.attributes.get(name)
     }
@@ -221,7 +226,8 @@ impl Exr {
     /// Encodes the image.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when there is no channel; [`Error::Numeric`] with the encoder's complaint.
+    /// [`Error::Parameter`] when there is no channel; [`Error::Numeric`] with the encoder's
+    /// complaint.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let mut bytes = Cursor::new(Vec::new());
         self.write(&[], &mut bytes).map_err(|e| match e.kind() {
@@ -231,10 +237,12 @@ impl Exr {
         Ok(bytes.into_inner())
     }
 
-    /// Writes the image, with computed channels more, block by block: it needs no memory beyond that of the stored channels. The file begins where `to` does.
+    /// Writes the image, with computed channels more, block by block: it needs no memory beyond
+    /// that of the stored channels. The file begins where `to` does.
     ///
     /// # Errors
-    /// [`io::ErrorKind::InvalidInput`] when there is no channel, or one twice; what `to` refuses, or the encoder's complaint.
+    /// [`io::ErrorKind::InvalidInput`] when there is no channel, or one twice; what `to` refuses,
+    /// or the encoder's complaint.
     pub fn write(&self, computed: &[Computed], to: &mut dyn ReadWriteSeek) -> io::Result<()> {
         let stored = self.channels.iter().map(|(name, samples)| (name, Samples::Stored(samples)));
         let computed = computed.iter().map(|(name, value)| (name, Samples::Computed(value)));
@@ -290,7 +298,8 @@ impl Exr {
         attributes
     }
 
-    /// Reads an EXR file of one flat layer, ours or another's: all its channels, and its text and number attributes.
+    /// Reads an EXR file of one flat layer, ours or another's: all its channels, and its text and
+    /// number attributes.
     ///
     /// # Errors
     /// [`Error::Io`] when the file cannot be read, [`Error::Input`] when it is not such an image.
@@ -361,7 +370,8 @@ fn attributes_of(layer: &LayerAttributes) -> BTreeMap<String, Attribute> {
     software.chain(matrix).chain(others).collect()
 }
 
-/// Refuses what the decoder would not survive or not show as it is: several or subsampled layers, and sizes that the bytes cannot hold.
+/// Rejects what the decoder would not survive or not show as it is: several or subsampled layers,
+/// and sizes that the bytes cannot hold.
 fn check_header(path: &Path, meta: &MetaData, bytes: &[u8]) -> Result<()> {
     // Deflate packs at most 1032 to 1; the other methods stay far below.
     const DENSEST: usize = 1032;

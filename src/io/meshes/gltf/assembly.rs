@@ -13,8 +13,8 @@ use crate::io::meshes::source::{Source, not_finite};
 use crate::io::meshes::welding::Welding;
 use crate::mesh::Mesh;
 
-/// How many vertices and faces a scene may have for each byte of its files: a mesh may be used by many nodes, and a small file must
-/// not become a mesh that fills the memory.
+/// How many vertices and faces a scene may have for each byte of its files: a mesh may be used by
+/// many nodes, and a small file must not become a mesh that fills the memory.
 const REPEATS: u64 = 8;
 
 const TRIANGLES: u32 = 4;
@@ -143,7 +143,8 @@ impl<'a> Assembly<'a> {
                 Err(broken(self.source, format!("triangles of {} corners", corners.len())))
             }
             TRIANGLES => Ok(Box::new(corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]))),
-            // Every other triangle is turned; those that name a vertex twice only join one strip to the next.
+            // Every other triangle is turned; those that name a vertex twice only join one strip to
+            // the next.
             STRIP => Ok(Box::new(windows.filter_map(|(i, w)| {
                 let triangle = if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] };
                 (w[0] != w[1] && w[1] != w[2] && w[2] != w[0]).then_some(triangle)
@@ -179,7 +180,10 @@ impl<'a> Assembly<'a> {
                 Ok(())
             }
             None => Err(self.source.fault(
-                format!("the scene repeats its meshes to more than {REPEATS} vertices and faces for each byte of its files"),
+                format!(
+                    "the scene repeats its meshes to more than {REPEATS} vertices and faces \
+                         for each byte of its files"
+                ),
                 "export it with fewer repetitions, or as PLY",
             )),
         }

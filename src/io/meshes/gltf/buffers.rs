@@ -56,7 +56,7 @@ impl<'a> Buffers<'a> {
         Ok(all)
     }
 
-    /// Gives how many bytes came from other files.
+    /// Returns how many bytes came from other files.
     pub(super) fn outside(&self) -> u64 {
         self.files.values().map(|bytes| bytes.len() as u64).sum()
     }
@@ -78,7 +78,7 @@ impl<'a> Buffers<'a> {
         Ok(path)
     }
 
-    /// Gives the items of an accessor: as many bytes apart, each of `components` numbers.
+    /// Returns the items of an accessor: as many bytes apart, each of `components` numbers.
     fn items<'s>(
         &'s self,
         source: &Source,
@@ -210,7 +210,8 @@ fn decoded(source: &Source, index: usize, uri: &str) -> Result<Vec<u8>> {
     }
 }
 
-/// Gives the path of a buffer beside the file. Only relative names that stay in its folder will do.
+/// Returns the path of a buffer beside the file. Only relative names that stay in its folder will
+/// do.
 fn beside(source: &Source, uri: &str) -> Result<PathBuf> {
     let name = percent_decoded(uri);
     let relative = Path::new(&name);

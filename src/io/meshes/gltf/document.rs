@@ -1,4 +1,5 @@
-//! What the JSON of a glTF file says about meshes; all else in it is passed over. Names are those of the glTF 2.0 specification.
+//! What the JSON of a glTF file says about meshes; all else in it is passed over. Names are those
+//! of the glTF 2.0 specification.
 
 use std::borrow::Cow;
 
@@ -52,7 +53,7 @@ pub(super) struct Node {
 }
 
 impl Node {
-    /// Gives the map to the axes of the parent.
+    /// Returns the map to the axes of the parent.
     pub(super) fn transform(&self) -> DMat4 {
         if let Some(columns) = &self.matrix {
             return DMat4::from_cols_array(columns);

@@ -1,11 +1,14 @@
-//! glTF 2.0, as text with its buffers inside or beside it, and as one binary file: the triangles of the default scene.
+//! glTF 2.0, as text with its buffers inside or beside it, and as one binary file: the triangles of
+//! the default scene.
 //!
-//! All nodes of the scene are placed by their transforms, coordinates stay in the file's own axes (y up). A vertex of glTF is a
-//! position with a normal, a colour and so on: where those differ the format repeats the position. Positions of one node that are
-//! equal to the last bit are therefore one vertex here. Points, lines, skins and morph targets are passed over.
+//! All nodes of the scene are placed by their transforms, coordinates stay in the file's own axes
+//! (y up). A vertex of glTF is a position with a normal, a colour and so on: where those differ the
+//! format repeats the position. Positions of one node that are equal to the last bit are therefore
+//! one vertex here. Points, lines, skins and morph targets are passed over.
 //!
-//! (Crate gltf 1 adds offsets and lengths of the file without a check and subtracts one from counts of zero: it panics. It knows
-//! neither quantised positions nor where in the text a fault is. What a mesh needs of the format is little.)
+//! (Crate gltf 1 adds offsets and lengths of the file without a check and subtracts one from counts
+//! of zero: it panics. It knows neither quantised positions nor where in the text a fault is. What
+//! a mesh needs of the format is little.)
 
 mod assembly;
 mod buffers;
@@ -27,12 +30,12 @@ const MAGIC: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
 const BINARY: &[u8] = b"BIN\0";
 
-/// Tells whether a file begins as the binary form does.
+/// Whether a file begins as the binary form does.
 pub(super) fn is_binary(head: &[u8]) -> bool {
     head.starts_with(MAGIC)
 }
 
-/// Tells whether a file begins as the text form does, which JSON of all kinds does.
+/// Whether a file begins as the text form does, which JSON of all kinds does.
 pub(super) fn is_text(head: &[u8]) -> bool {
     let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     head.trim_ascii_start().starts_with(b"{")
@@ -89,7 +92,7 @@ impl<'a> Container<'a> {
     }
 }
 
-/// Gives the content of a chunk, and where the next one begins.
+/// Returns the content of a chunk, and where the next one begins.
 fn chunk<'a>(bytes: &'a [u8], at: usize, kind: &[u8]) -> Option<(&'a [u8], usize)> {
     let length = number_at::<u32>(bytes, at)? as usize;
     let content = bytes.get(at + 8..)?.get(..length)?;

@@ -112,7 +112,7 @@ fn encoding_of(source: &Source, words: &[&[u8]]) -> Result<Encoding> {
         [b"binary_big_endian", b"1.0"] => Ok(Encoding::BigEndian),
         _ => {
             let message =
-                format!("`{}` is no format that is known here", shown(&words.join(&b' ')));
+                format!("`{}` is not a known format", shown(&words.join(&b' ')));
             let help = "write `ascii 1.0`, `binary_little_endian 1.0` or `binary_big_endian 1.0`";
             Err(source.fault_here(message, help))
         }
@@ -165,7 +165,7 @@ impl Scalar {
         !matches!(self, Self::F32 | Self::F64)
     }
 
-    /// Gives the bytes it takes in a binary file.
+    /// Returns the bytes it takes in a binary file.
     pub(super) fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -177,7 +177,7 @@ impl Scalar {
 }
 
 impl Shape {
-    /// Gives the bytes it takes at least in a binary file.
+    /// Returns the bytes it takes at least in a binary file.
     pub(super) fn least_bytes(self) -> u64 {
         match self {
             Self::Scalar(scalar) => scalar.bytes() as u64,

@@ -1,7 +1,8 @@
-//! Stanford PLY, as text and as binary of either byte order: the vertices' x, y, z and the faces, whatever else the file holds.
+//! Stanford PLY, as text and as binary of either byte order: the vertices' x, y, z and the faces,
+//! whatever else the file holds.
 //!
-//! The header says what each row of each element holds; rows are read one by one, so that nothing but the mesh is held. Counts
-//! are believed only as far as the file is long enough for them.
+//! The header says what each row of each element holds; rows are read one by one, so that nothing
+//! but the mesh is held. Counts are believed only as far as the file is long enough for them.
 
 mod header;
 mod rows;
@@ -19,7 +20,8 @@ use rows::Rows;
 /// Reads the content of a PLY file.
 ///
 /// # Errors
-/// [`Error::Input`] when the header cannot be used, the file is shorter or longer than its header says, or a vertex or face is none.
+/// [`Error::Input`] when the header cannot be used, the file is shorter or longer than its header
+/// says, or a vertex or face is none.
 pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
     let header = Header::read(source)?;
     let places = Places::of(source, &header)?;
@@ -50,7 +52,8 @@ impl Places {
     fn of(source: &Source, header: &Header) -> Result<Self> {
         let element = |name: &str| {
             header.elements.iter().find(|e| e.name == name).ok_or_else(|| {
-                let help = "a mesh needs both, as in `element vertex 8` and `element face 12`; export it with its faces";
+                let help = "a mesh needs both, as in `element vertex 8` and `element face 12`; \
+                            export it with its faces";
                 source.fault(format!("the header has no element {name}"), help)
             })
         };
@@ -81,7 +84,7 @@ impl Places {
     }
 }
 
-/// Refuses counts that the file is too short for, before anything is allocated by them.
+/// Rejects counts that the file is too short for, before anything is allocated by them.
 fn check_length(source: &Source, header: &Header) -> Result<()> {
     let mut left = source.left();
     for element in &header.elements {
@@ -89,7 +92,8 @@ fn check_length(source: &Source, header: &Header) -> Result<()> {
         let needed = least.checked_mul(element.count);
         left = needed.and_then(|needed| left.checked_sub(needed)).ok_or_else(|| {
             let message = format!(
-                "the header announces {} rows of element {}, of {least} bytes each at least, but only {left} bytes are left for them",
+                "the header announces {} rows of element {}, of {least} bytes each at least, but \
+                 only {left} bytes are left for them",
                 element.count, element.name
             );
             let help = "the file is cut short or its header is wrong; export it again";
@@ -161,11 +165,12 @@ fn read_corners(rows: &mut Rows, property: usize, vertices: u64, parts: &mut Par
 fn stray(place: &rows::Place, found: &str, vertices: u64) -> Error {
     place.fault(
         format!("vertex {found} is not there; the file has {vertices} vertices, numbered from 0"),
-        "check the numbers of this face; if they look like chance, a count or type in the header is wrong",
+        "check the numbers of this face; if they look like chance, a count or type in the header \
+         is wrong",
     )
 }
 
-/// Refuses what follows the last row: the header is wrong about the counts.
+/// Rejects what follows the last row: the header is wrong about the counts.
 fn check_end(source: &mut Source, encoding: Encoding) -> Result<()> {
     let help = "a count in the header is too small; export the file again";
     if encoding == Encoding::Text {
@@ -185,7 +190,7 @@ fn check_end(source: &mut Source, encoding: Encoding) -> Result<()> {
 }
 
 impl Element {
-    /// Gives the bytes that a row takes at least.
+    /// Returns the bytes that a row takes at least.
     fn least_bytes(&self, encoding: Encoding) -> u64 {
         let properties = self.properties.iter();
         match encoding {

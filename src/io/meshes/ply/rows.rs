@@ -124,7 +124,7 @@ impl<'r, 'a> Rows<'r, 'a> {
         Ok(true)
     }
 
-    /// Refuses values that the header does not know.
+    /// Rejects values that the header does not know.
     pub(super) fn end_row(&mut self) -> Result<()> {
         if self.encoding == Encoding::Text
             && let Some(word) = self.word()
@@ -178,7 +178,7 @@ impl<'r, 'a> Rows<'r, 'a> {
         Ok(())
     }
 
-    /// Refuses the row.
+    /// Rejects the row.
     pub(super) fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
         self.place().fault(message, help)
     }

@@ -22,7 +22,7 @@ pub(in crate::io::meshes) const COLOUR: [[&str; 2]; 3] =
 pub(in crate::io::meshes) const CORNERS: [&str; 2] = [LIST, "vertex_indices"];
 const LIST: &str = "list uchar uint";
 
-/// Gives the bytes of a file; the comment is a line or empty.
+/// Returns the bytes of a file; the comment is a line or empty.
 pub(in crate::io::meshes) fn encode(comment: &str, elements: &[Element]) -> Vec<u8> {
     let mut text = format!("ply\nformat binary_little_endian 1.0\ncomment {SOFTWARE}\n");
     // Writing into a String cannot fail.

@@ -1,4 +1,5 @@
-//! The whole reader: exact messages of every class of error, overrides, the shipped scene, random damage.
+//! The whole reader: exact messages of every class of error, overrides, the shipped scene, random
+//! damage.
 
 mod messages;
 
@@ -290,7 +291,8 @@ fn the_camera_is_the_named_or_the_only_one() {
     let two = parse(SHAPES, &[]).expect("parses");
     assert_eq!(
         two.camera().expect_err("two").to_string(),
-        "dir/room.toml:1:1: the scene has several cameras and [render] names none\n  help: add `camera = \"a\"`; the cameras are `a` and `b`"
+        "dir/room.toml:1:1: the scene has several cameras and [render] names none\n  help: add \
+         `camera = \"a\"`; the cameras are `a` and `b`"
     );
     let named = parse(SHAPES, &[("render.camera", "b")]).expect("parses");
     assert_eq!(named.camera().expect("named").0, "b");
@@ -348,7 +350,8 @@ fn overrides_split_at_the_first_free_equals_sign() {
     assert_eq!(split_override("a.\"x=y\".b=1").expect("splits"), ("a.\"x=y\".b", "1"));
     assert_eq!(
         split_override("a.b").expect_err("no =").to_string(),
-        "-D a.b: has no `=`\n  help: write KEY=VALUE, as in lights.lamp.point.intensity=250; quote names that hold dots or spaces"
+        "-D a.b: has no `=`\n  help: write KEY=VALUE, as in lights.lamp.point.intensity=250; \
+         quote names that hold dots or spaces"
     );
 }
 
@@ -403,7 +406,8 @@ fn the_shipped_scene_parses_and_nothing_touches() {
     assert!(shadow.y > head.at.y && shadow.cmple(room.max).all() && shadow.x >= room.min.x);
 }
 
-/// Replaces some characters of a text: each damage picks a place, a length to drop and a snippet to insert.
+/// Replaces some characters of a text: each damage picks a place, a length to drop and a snippet to
+/// insert.
 fn mutated(text: &str, damages: &[(prop::sample::Index, usize, &str)]) -> String {
     let mut chars: Vec<char> = text.chars().collect();
     for (place, length, snippet) in damages {

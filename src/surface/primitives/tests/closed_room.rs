@@ -7,7 +7,8 @@ use super::{unit_box, v};
 use crate::math::{Frame, Randomness, Ray, Stream, sampling};
 use crate::surface::{Hit, Surface};
 
-/// Draws a cosine-distributed direction on the hit's outer side, now and then one that all but grazes.
+/// Draws a cosine-distributed direction on the hit's outer side, now and then one that all but
+/// grazes.
 fn bounce(hit: &Hit, [u, v, pick, graze]: [f64; 4]) -> DVec3 {
     let local = if pick < 0.2 {
         let cos = 10_f64.powf(-15.0 * graze);
@@ -21,7 +22,8 @@ fn bounce(hit: &Hit, [u, v, pick, graze]: [f64; 4]) -> DVec3 {
     Frame::about(hit.normal).to_world(local)
 }
 
-/// Follows `bounces` reflections in an inward box and counts the rays that find no wall or see the back of one.
+/// Follows `bounces` reflections in an inward box and counts the rays that find no wall or see the
+/// back of one.
 fn escapes(room: &AxisBox, bounces: u64, mut aim: impl FnMut(&Hit, [f64; 4]) -> DVec3) -> u64 {
     let centre = room.bounds().centre();
     let start = || room.hit(&Ray::new(centre, v(0.36, 0.48, 0.8))).expect("from the middle");
@@ -58,7 +60,8 @@ fn nothing_escapes_from_a_closed_room_in_a_million_bounces() {
 fn nothing_escapes_through_edges_and_corners() {
     for room in rooms() {
         let (low, extent) = (room.bounds().min, room.bounds().extent());
-        // Aims at points from 1e-12 down to 0 (of the room's size, then in ulps) off a random edge or corner, and beyond it.
+        // Aims at points from 1e-12 down to 0 (of the room's size, then in ulps) off a random edge
+        // or corner, and beyond it.
         let lost = escapes(&room, 200_000, |hit, [u, w, pick, nudge]| {
             let mut at = v(u, w, pick);
             let corner = [u, w, pick].map(|x| (16.0 * x) as u32 % 2);
@@ -79,7 +82,8 @@ fn nothing_escapes_through_edges_and_corners() {
 
 #[test]
 fn every_ray_that_starts_in_a_closed_box_hits_it_from_inside() {
-    // Origins in the box, on faces, on edges and in corners to the last bit; directions with zero components among them.
+    // Origins in the box, on faces, on edges and in corners to the last bit; directions with zero
+    // components among them.
     let values = [0.0, f64::from_bits(1), 1e-12, 0.5, 1.0 - f64::EPSILON / 2.0, 1.0];
     let steps = [-1.0, -1e-300, -0.0, 0.0, 1e-9, 1.0];
     let room = unit_box().turned_inward(true);

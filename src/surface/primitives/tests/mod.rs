@@ -1,4 +1,5 @@
-//! Tests of the shapes: degenerate inputs and analytic hits here; departures, closed rooms and sampling in files of their own.
+//! Tests of the shapes: degenerate inputs and analytic hits here; departures, closed rooms and
+//! sampling in files of their own.
 
 mod closed_room;
 mod departures;

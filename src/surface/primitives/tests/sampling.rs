@@ -26,7 +26,8 @@ fn mean(shape: &dyn SampleArea, f: impl Fn(&Hit) -> f64) -> f64 {
     sum / n as f64
 }
 
-// 65536 Owen-scrambled points integrate these smooth or once-broken moments to a few times 1e-6 at worst; 1e-4 leaves room.
+// 65536 Owen-scrambled points integrate these smooth or once-broken moments to a few times 1e-6 at
+// worst; 1e-4 leaves room.
 const MOMENT: f64 = 1e-4;
 
 #[test]
@@ -61,7 +62,8 @@ fn rectangle_and_box_samples_have_uniform_moments() {
     assert!((mean(&room, |h| (h.point.x - 2.0).powi(2)) - second).abs() <= 2.0 * MOMENT);
 }
 
-/// Estimates the area by uniform directions from a point inside: the mean of 4 pi t^2/cos over the hits.
+/// Estimates the area by uniform directions from a point inside: the mean of 4 pi t^2/cos over the
+/// hits.
 fn area_by_rays(shape: &dyn Surface, from: DVec3) -> f64 {
     let n = 1_u64 << 16;
     let sum: f64 = (0..n)
@@ -77,7 +79,8 @@ fn area_by_rays(shape: &dyn Surface, from: DVec3) -> f64 {
 
 #[test]
 fn area_agrees_with_the_solid_angle_of_rays() {
-    // The integrand is broken at rims and edges: Sobol points are good to about n^-3/4 = 2.4e-4 of the area there.
+    // The integrand is broken at rims and edges: Sobol points are good to about n^-3/4 = 2.4e-4 of
+    // the area there.
     let from = v(0.2, 0.1, 0.3);
     let flat = Rectangle::new(v(-0.5, -0.4, 0.0), DVec3::X, DVec3::Y).expect("valid");
     let disc = Disc::new(v(0.1, 0.0, 0.0), DVec3::Z, 0.6).expect("valid");

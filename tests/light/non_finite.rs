@@ -58,7 +58,7 @@ fn one_nan_in_a_million_walks_is_counted_and_not_averaged_in() {
     let exact = exact.illuminance(0.5, 0.5).expect("on the floor");
     let point = [Sensor::plane(DVec3::new(2.5, 2.5, 0.0), DVec3::Z)];
     let walks = 1 << 20;
-    // The first hits are those of the pilot that weighs the local estimate, which counts for nothing else.
+    // The first hits are those of the uncounted pilot replicate of the local estimate.
     for flaw in [1000, 1_000_000] {
         let local = Estimator::Local(Weighting::of(&flawed_cube(flaw)));
         for estimator in [local, Estimator::Local(Weighting::Walk), Estimator::Path] {
@@ -66,7 +66,7 @@ fn one_nan_in_a_million_walks_is_counted_and_not_averaged_in() {
             let survey = illuminance(&scene, &point, &sensors(estimator, walks), &go_on);
             let survey = survey.expect("runs");
             let found = survey.results[0];
-            assert_eq!((found.spoilt, survey.walks), (1, walks), "{estimator:?} {flaw}");
+            assert_eq!((found.non_finite, survey.walks), (1, walks), "{estimator:?} {flaw}");
             // One of six values; the cube's own solution is good to 1e-7.
             assert!(found.total.agrees_with(exact, 1e-7 * exact, 6), "{flaw}: {found:?} {exact}");
             assert!(found.total.relative_error() <= 1e-3, "{found:?}");
