@@ -14,6 +14,7 @@ mod image;
 mod integrator;
 mod known_lights;
 mod local;
+mod luminance;
 mod path;
 mod photon;
 mod radiosity;
@@ -28,10 +29,11 @@ pub use groups::{Bracket, GroupSummary};
 pub use image::{
     Checkpointer, ImageSettings, Rendering, SHARE_WITHIN, render, resume, walks_per_sample,
 };
+pub use luminance::luminance;
 pub use radiosity::{Exchange, MAX_PATCHES, RadiositySettings};
 pub use receiver::Receiver;
 pub use replicates::{Ending, Observer, Progress, REPLICATES, Stop};
-pub use survey::{SensorSettings, Survey, illuminance, luminance};
+pub use survey::{SensorSettings, Survey, illuminance};
 pub use walk::{Launcher, Node};
 pub use weighting::Weighting;
 

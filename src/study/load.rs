@@ -7,15 +7,15 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::detail::{Detail, detail};
-use super::grids;
-use super::on_surface::{self, Form, Laid};
+use super::on_surface::Form;
+use super::sensors::{SensorGroup, behind, check_distances, sensors};
 use super::shared_surfaces::{Preparation, SharedSurfaces};
 use super::solids::{self, Body, Solid};
 use super::warnings::{coincidences, misplaced_cameras, misplaced_sensors, overlaps};
 use crate::fit::Fit;
 use crate::io::scene_file::{
     BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
-    PointsSpec, SceneFile, SensorSpec, ShSpec, Strength, SurfaceLayout,
+    SceneFile, ShSpec, Strength,
 };
 use crate::math::{Placement, Ray};
 use crate::scene::{Camera, Distribution, Glossy, Material, Object, PointLight, Scene, Sensor};
@@ -52,21 +52,6 @@ impl Loaded {
     }
 }
 
-/// Names a set of sensors.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SensorGroup {
-    /// The name in the scene file.
-    pub name: String,
-    /// The sensors.
-    pub sensors: Vec<Sensor>,
-    /// For each sensor the object behind whose surface it is: outside the room, or inside the
-    /// object. Such a sensor gets no light.
-    pub behind: Vec<Option<String>>,
-    /// The triangles that join the sensors where they are the vertices of a mesh, else none; they
-    /// look to the side of the normals.
-    pub faces: Vec<[u32; 3]>,
-}
-
 /// Names a fitted object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedObject {
@@ -86,10 +71,10 @@ pub struct DetailedObject {
 }
 
 /// An object with what the checks need to know of it.
-struct Built {
-    object: Object,
+pub(super) struct Built {
+    pub(super) object: Object,
     body: Body,
-    form: Form,
+    pub(super) form: Form,
     fit: Option<Arc<Fit>>,
     detail: Option<Detail>,
     /// What is wrong with the mesh it was made of.
@@ -379,83 +364,6 @@ fn faulty_meshes(built: &[Built]) -> Vec<String> {
         b.deficiencies.iter().map(|text| format!("object `{}`: {text}", b.object.name)).collect()
     };
     built.iter().flat_map(of).collect()
-}
-
-fn sensors(
-    file: &SceneFile,
-    scene: &Scene,
-    built: &[Built],
-    solids: &[Solid],
-) -> Result<Vec<SensorGroup>> {
-    let too_many = |name: &str, what: &str, count: f64, help: &str| {
-        let message = format!(
-            "the {what} `{name}` would have {count:.3e} sensors, more than {}",
-            grids::MAX_SENSORS
-        );
-        file.source.error(&["sensors", name, what], message, Some(help.to_owned()))
-    };
-    let fewer = "write a larger `spacing`, or a smaller `count`";
-    let plain = |sensors| Laid { sensors, faces: Vec::new() };
-    let lay_out = |name: &str, spec: &SensorSpec| match spec {
-        SensorSpec::Points(points) => {
-            let PointsSpec { normal, measure, .. } = *points;
-            let sensor = |&at| Sensor { measure, ..Sensor::plane(at, normal) };
-            Ok(plain(points.at.iter().map(sensor).collect()))
-        }
-        SensorSpec::Grid(grid) => grids::sensors(grid, file, scene.bounds())
-            .map(plain)
-            .map_err(|count| too_many(name, "grid", count, fewer)),
-        SensorSpec::Line(line) => {
-            grids::along(line).map(plain).map_err(|count| too_many(name, "line", count, fewer))
-        }
-        SensorSpec::Surface(surface) => {
-            let Some(built) = built.iter().find(|b| b.object.name == surface.place.object()) else {
-                return Ok(Laid::default());
-            };
-            let laid = on_surface::lay_out(surface, file, &built.object, &built.form)?;
-            let count = laid.sensors.len() as f64;
-            if surface.layout == SurfaceLayout::Vertices && count > grids::MAX_SENSORS {
-                let help = "write `points = 1000` instead of `vertices`, or use a coarser mesh";
-                return Err(too_many(name, "surface", count, help));
-            }
-            Ok(laid)
-        }
-    };
-    file.sensors
-        .iter()
-        .map(|(name, spec)| {
-            let Laid { sensors, faces } = lay_out(name, spec)?;
-            let own = match spec {
-                SensorSpec::Surface(surface) => Some(surface.place.object()),
-                _ => None,
-            };
-            let behind = |sensor| behind(sensor, own, scene, solids);
-            let behind = sensors.par_iter().map(behind).collect();
-            Ok(SensorGroup { name: name.clone(), sensors, behind, faces })
-        })
-        .collect()
-}
-
-/// Names the object behind whose surface a sensor is. A sensor on the surface of its `own` object
-/// is before it, however small a crease it is in.
-fn behind(sensor: &Sensor, own: Option<&str>, scene: &Scene, solids: &[Solid]) -> Option<String> {
-    // A sensor on a wall is judged by the point that its rays leave from.
-    let before = scene.settled(sensor).as_hit().departure(sensor.normal);
-    solids::behind(before, own, solids).map(|solid| solid.name().to_owned())
-}
-
-/// Rejects a sensor that is where a light is: what it receives is without bounds.
-fn check_distances(file: &SceneFile, groups: &[SensorGroup], lights: &[PointLight]) -> Result<()> {
-    for group in groups {
-        for (i, sensor) in group.sensors.iter().enumerate() {
-            let Some(light) = lights.iter().find(|light| light.at == sensor.at) else { continue };
-            let message =
-                format!("sensor {} of `{}` is where light `{}` is", i + 1, group.name, light.name);
-            let help = "its illuminance would be infinite; move one of them".to_owned();
-            return Err(file.source.error(&["sensors", &group.name], message, Some(help)));
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ mod known;
 mod load;
 mod on_surface;
 mod requirements;
+mod sensors;
 mod shared_surfaces;
 mod solids;
 mod sweep;
@@ -24,8 +25,9 @@ pub use compare::{
 };
 pub use detail::{Detail, detail};
 pub use known::known_illuminance;
-pub use load::{DetailedObject, FittedObject, Loaded, SensorGroup, camera, load, load_for_camera};
+pub use load::{DetailedObject, FittedObject, Loaded, camera, load, load_for_camera};
 pub use requirements::{Judged, Verdict, judge};
+pub use sensors::SensorGroup;
 pub use shared_surfaces::Preparation;
 pub use sweep::{SweepRow, sweep};
 #[cfg(feature = "plots")]

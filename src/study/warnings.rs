@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::load::SensorGroup;
+use super::sensors::SensorGroup;
 use super::solids::{self, Solid};
 use crate::io::scene_file::SceneFile;
 use crate::math::Aabb;

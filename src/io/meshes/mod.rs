@@ -146,9 +146,7 @@ mod tests {
         assert!(read(&write("a", triangle)).is_ok());
         assert!(error_of(&write("b.ply", "")).contains("this is no PLY file"));
         assert!(read(&write("b.stl", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")).is_ok());
-        assert!(
-            error_of(&write("c.txt", "hello\n")).contains("unrecognised mesh format")
-        );
+        assert!(error_of(&write("c.txt", "hello\n")).contains("unrecognised mesh format"));
         assert!(error_of(&write("d", "")).contains("help: meshes are read as OBJ, PLY"));
     }
 

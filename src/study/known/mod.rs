@@ -16,7 +16,7 @@ use crate::io::scene_file::{CompareSpec, ExactProblem, SceneFile};
 use crate::scene::{Measure, Sensor};
 use crate::{Error, Result};
 
-use super::load::SensorGroup;
+use super::sensors::SensorGroup;
 
 /// Says why a scene or a sensor has no exact value.
 enum Mismatch {

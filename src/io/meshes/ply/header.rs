@@ -111,8 +111,7 @@ fn encoding_of(source: &Source, words: &[&[u8]]) -> Result<Encoding> {
         [b"binary_little_endian", b"1.0"] => Ok(Encoding::LittleEndian),
         [b"binary_big_endian", b"1.0"] => Ok(Encoding::BigEndian),
         _ => {
-            let message =
-                format!("`{}` is not a known format", shown(&words.join(&b' ')));
+            let message = format!("`{}` is not a known format", shown(&words.join(&b' ')));
             let help = "write `ascii 1.0`, `binary_little_endian 1.0` or `binary_big_endian 1.0`";
             Err(source.fault_here(message, help))
         }
