@@ -8,11 +8,13 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
-use harmolux::estimators::{Ending, Estimator, GroupSummary, Stop, Survey, illuminance};
+use harmolux::estimators::{
+    Ending, Estimator, GroupSummary, SensorSettings, Stop, Survey, illuminance,
+};
 use harmolux::io::scene_file::{IllumEstimator, RequireSpec, SceneFile, SensorSpec, StopSpec};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::scene::{Measured, Sensor};
-use harmolux::study::{Judged, SensorGroup, Verdict, judge, known_illuminance};
+use harmolux::study::{Judged, Loaded, SensorGroup, Verdict, judge, known_illuminance};
 use harmolux::{Error, Result};
 
 use self::map::MapTarget;
@@ -86,35 +88,13 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let targets = others.into_iter().map(|path| IllumTarget::open(path, &table, verb.force));
     let targets: Vec<IllumTarget> = targets.collect::<Result<_>>()?;
     let loaded = load_scene(&file)?;
-    let known: Vec<Option<Vec<f64>>> = loaded
-        .sensors
-        .iter()
-        .map(|group| known_illuminance(&file, group))
-        .collect::<Result<_>>()?;
+    let known = loaded.sensors.iter().map(|group| known_illuminance(&file, group));
+    let known: Vec<Option<Vec<f64>>> = known.collect::<Result<_>>()?;
+    let settings = settings(&file.illum, &loaded.scene, &verb.common);
     // Those behind an object are left out: they measure nothing, and decide nothing.
     let counts: Vec<bool> =
         loaded.sensors.iter().flat_map(|g| g.behind.iter().map(Option::is_none)).collect();
-    let sensors = loaded.sensors.iter().flat_map(|g| g.sensors.iter().copied());
-    let sensors: Vec<Sensor> =
-        sensors.zip(&counts).filter(|(_, counts)| **counts).map(|(s, _)| s).collect();
-    if counts.is_empty() {
-        return Err(Error::Parameter(format!(
-            "{}: the scene has no sensors; add [sensors.NAME.points], [sensors.NAME.line], \
-             [sensors.NAME.grid] or [sensors.NAME.surface]",
-            verb.common.scene.display()
-        )));
-    }
-    let mut settings = settings(&file.illum, &loaded.scene, &verb.common);
-    let asked = settings.stop;
-    if asked == Stop::default() && !matches!(settings.estimator, Estimator::Radiosity(_)) {
-        settings.stop = unasked(verb.common.quick);
-    }
-    interrupt::listen();
-    let meter = Meter::start("measuring", "largest 95 % half width");
-    let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))
-        .map_err(|e| about(&verb.common.scene, e))?
-        .scattered(&counts);
-    meter.finish();
+    let survey = measure(verb, &loaded, &settings, &counts)?;
     let counted = matches!(settings.estimator, Estimator::Photon { .. });
     let groups = groups(&loaded.sensors, known, &survey, &file.require, counted);
     fill(&mut table, &groups);
@@ -138,16 +118,51 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     for path in &verb.output {
         say::note(&format!("written {}", path.display()));
     }
-    let unknown = surveys::unreached(&survey, &counts);
-    let code = match code(survey.ending, asked, reached(&survey), "largest 95 % half width") {
-        Code::Done if unknown || surveys::cut_short(&survey) => Code::NotMet,
+    Ok(outcome(&survey, settings.stop, &counts, &groups))
+}
+
+/// Measures at the sensors that count.
+fn measure(
+    verb: &Illum,
+    loaded: &Loaded,
+    settings: &SensorSettings,
+    counts: &[bool],
+) -> Result<Survey> {
+    let sensors = loaded.sensors.iter().flat_map(|g| g.sensors.iter().copied());
+    let sensors: Vec<Sensor> =
+        sensors.zip(counts).filter(|(_, counts)| **counts).map(|(s, _)| s).collect();
+    if counts.is_empty() {
+        return Err(Error::Parameter(format!(
+            "{}: the scene has no sensors; add [sensors.NAME.points], [sensors.NAME.line], \
+             [sensors.NAME.grid] or [sensors.NAME.surface]",
+            verb.common.scene.display()
+        )));
+    }
+    let mut settings = *settings;
+    let is_radiosity = matches!(settings.estimator, Estimator::Radiosity(_));
+    if settings.stop == Stop::default() && !is_radiosity {
+        settings.stop = unasked(verb.common.quick);
+    }
+    interrupt::listen();
+    let meter = Meter::start("measuring", "largest 95 % half width");
+    let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))
+        .map_err(|e| about(&verb.common.scene, e))?;
+    meter.finish();
+    Ok(survey.scattered(counts))
+}
+
+/// Says how the run ended, for the exit code.
+fn outcome(survey: &Survey, asked: Stop, counts: &[bool], groups: &[Group]) -> Code {
+    let unknown = surveys::unreached(survey, counts);
+    let code = match code(survey.ending, asked, reached(survey), "largest 95 % half width") {
+        Code::Done if unknown || surveys::cut_short(survey) => Code::NotMet,
         code => code,
     };
     let met = |group: &Group| group.judged.iter().all(|j| j.verdict == Verdict::Met);
     let all_met = groups
         .iter()
         .all(|group| met(group) && group.comparisons().flatten().all(|c| c.agrees != Some(false)));
-    Ok(if code == Code::Done && !all_met { Code::NotMet } else { code })
+    if code == Code::Done && !all_met { Code::NotMet } else { code }
 }
 
 /// Says when a run ends of which nothing is said: at one per cent, or after 2^18 walks.
