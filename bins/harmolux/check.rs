@@ -13,9 +13,10 @@ use harmolux::io::output::Output;
 use harmolux::mesh::{Mesh, RepairReport};
 use serde_json::{Value, json};
 
+use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
-use crate::common::inputs::{about, read_and_repair};
+use crate::common::inputs::read_and_repair;
 use crate::common::say;
 use crate::common::values::point;
 

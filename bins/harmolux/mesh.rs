@@ -12,9 +12,9 @@ use harmolux::io::output::Output;
 use harmolux::sh::volume;
 use serde_json::{Value, json};
 
+use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
-use crate::common::inputs::about;
 use crate::common::values::{length, size};
 use crate::common::{progress, say};
 

@@ -12,9 +12,9 @@ use harmolux::math::Ray;
 use harmolux::scene::{Measured, Scene, Sensor};
 use harmolux::{Error, Result};
 
+use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::SceneArguments;
-use crate::common::inputs::about;
 use crate::common::progress::Meter;
 use crate::common::scenes::{load_scene, read_scene};
 use crate::common::surveys::{self, code, reached, settings};

@@ -9,9 +9,10 @@ use harmolux::io::tables::{Cell, Table};
 use harmolux::study::{SweepRow, sweep, sweep_figure};
 use harmolux::{Error, Result};
 
+use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
-use crate::common::inputs::{about, read_mesh, source};
+use crate::common::inputs::{read_mesh, source};
 use crate::common::plot::PlotFormat;
 use crate::common::say;
 use crate::common::shape_file::{self, ShapeFile};

@@ -12,9 +12,9 @@ use harmolux::math::{EulerAngles, Rotation};
 use harmolux::sh::{Alignment, Axis, Filter, InertiaSymmetry, Recentred};
 use serde_json::{Value, json};
 
+use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::{SeriesReading, choices};
-use crate::common::inputs::about;
 use crate::common::values::{numbers, point};
 use crate::common::{say, shape_file};
 

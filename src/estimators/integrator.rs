@@ -4,12 +4,17 @@ use std::ops::Range;
 
 use super::cloud::Cloud;
 use super::connect::SplitLight;
+use super::estimator::SensorSettings;
 use super::replicates::{REPLICATES, Watch, seed};
-use super::walk::Walked;
+use super::walk::{Launcher, Walked};
 use crate::math::{Randomness, Rgb, Stream, hash};
 
-/// The purpose of the random numbers that a receiver's own samples take.
+/// The purposes of random numbers: walks, and a receiver's own samples.
+const WALKS: u64 = 11;
 const OWN: u64 = 12;
+
+/// How many sensors are served by a replicate before the next one.
+pub(super) const SERVED_TOGETHER: usize = 64;
 
 /// Estimates what receivers get, sample by sample: of light walks, or of its own rays.
 pub(super) trait Integrator<'a>: Sync {
@@ -113,5 +118,30 @@ impl std::ops::AddAssign for Sum {
         self.total += other.total;
         self.gathered += other.gathered;
         self.non_finite += other.non_finite;
+    }
+}
+
+/// The walks of a run.
+#[derive(Clone, Copy)]
+pub(super) struct Walks<'a> {
+    pub(super) launcher: &'a Launcher<'a>,
+    pub(super) settings: &'a SensorSettings,
+}
+
+impl<'a> Walks<'a> {
+    /// Follows some walks of a replicate; what there is no time for is cut short.
+    pub(super) fn of_replicate(
+        &self,
+        replicate: usize,
+        indices: Range<u64>,
+        watch: &Watch,
+    ) -> Vec<Walked<'a>> {
+        let seed = seed(self.settings.seed, replicate, WALKS);
+        let ends = || watch.ends();
+        let follow = |index| {
+            let stream = &mut Stream::new(self.settings.randomness, seed, index);
+            if ends() { Walked::default() } else { self.launcher.follow(stream, &ends) }
+        };
+        indices.map(follow).collect()
     }
 }

@@ -2,9 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::estimator::SensorSettings;
 use super::receiver::Receiver;
 use super::replicates::{Observer, REPLICATES};
-use super::survey::{SensorSettings, Survey, survey};
+use super::results::Survey;
+use super::survey::survey;
 use crate::Result;
 use crate::math::stats::Estimate;
 use crate::math::{Ray, Rgb};

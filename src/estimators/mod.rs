@@ -20,20 +20,21 @@ mod photon;
 mod radiosity;
 mod receiver;
 mod replicates;
+mod results;
 mod survey;
 mod walk;
 mod weighting;
 
-pub use estimator::Estimator;
+pub use estimator::{Estimator, MAX_PATCHES, RadiositySettings, SensorSettings};
 pub use groups::{Bracket, GroupSummary};
 pub use image::{
     Checkpointer, ImageSettings, Rendering, SHARE_WITHIN, render, resume, walks_per_sample,
 };
 pub use luminance::luminance;
-pub use radiosity::{Exchange, MAX_PATCHES, RadiositySettings};
 pub use receiver::Receiver;
 pub use replicates::{Ending, Observer, Progress, REPLICATES, Stop};
-pub use survey::{SensorSettings, Survey, illuminance};
+pub use results::{Exchange, Survey};
+pub use survey::illuminance;
 pub use walk::{Launcher, Node};
 pub use weighting::Weighting;
 

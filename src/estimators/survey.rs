@@ -2,99 +2,34 @@
 //! replicate, doubled until the stop.
 
 use std::f64::consts::SQRT_2;
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 use std::time::Duration;
 
 use rayon::prelude::*;
 
 use crate::Result;
+use crate::math::Rgb;
 use crate::math::stats::Estimate;
-use crate::math::{Randomness, Rgb, Stream};
 use crate::scene::{Measured, Scene, Sensor};
 
 use super::cloud::Cloud;
 use super::direct;
-use super::estimator::Estimator;
-use super::integrator::{Block, Integrator, Needs, Sum};
+use super::estimator::{Estimator, SensorSettings};
+use super::integrator::{Block, Integrator, Needs, SERVED_TOGETHER, Sum, Walks};
 use super::local::{Local, to_clouds};
 use super::path::Paths;
 use super::photon::Counters;
-use super::radiosity::{self, Exchange};
+use super::radiosity;
 use super::receiver::Receiver;
-use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Stop, Watch, seed};
+use super::replicates::{Control, Ending, Known, Observer, REPLICATES, Watch};
+use super::results::Survey;
 use super::walk::{Launcher, Walked};
-
-/// Sets a survey.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SensorSettings {
-    /// How illuminance is estimated.
-    pub estimator: Estimator,
-    /// Where random numbers come from.
-    pub randomness: Randomness,
-    /// The seed: the same seed gives the same bytes on any number of threads.
-    pub seed: u64,
-    /// When to stop; the error is the largest relative 95 % half width over the sensors.
-    pub stop: Stop,
-}
-
-/// Holds a finished survey and how it came about.
-#[derive(Debug, Clone)]
-pub struct Survey {
-    /// One result per sensor; [`Measured::UNKNOWN`] where the time was up before any walk was
-    /// served to it.
-    pub results: Vec<Measured>,
-    /// What each sensor received in each replicate, lx; sensors share their walks, so that
-    /// replicates of one number belong together. NaN by radiosity.
-    pub replicates: Vec<[f64; REPLICATES]>,
-    /// Why the run ended.
-    pub ending: Ending,
-    /// Walks in all; the shots of radiosity.
-    pub walks: u64,
-    /// The share of the walks' flux that left an open scene; NaN where there are no walks of light
-    /// to tell.
-    pub escaped: f64,
-    /// The share of all light that point lights shed on mirrors and these send on. A sensor gets
-    /// none of that straight: no estimate finds a point in a mirror. A light with an extent has no
-    /// such share.
-    pub caustic: f64,
-    /// The time it took.
-    pub elapsed: Duration,
-    /// How the patches exchanged light, by radiosity; then no result has a known error.
-    pub radiosity: Option<Exchange>,
-}
-
-impl Survey {
-    /// Returns the survey of some sensors the places they have among all: those of which `counts`
-    /// is true, in order. The others have measured NaN.
-    pub fn scattered(self, counts: &[bool]) -> Self {
-        let unknown = (Measured::UNKNOWN, [f64::NAN; REPLICATES]);
-        let (mut results, mut replicates) = (self.results.into_iter(), self.replicates.into_iter());
-        let own = |counts: &bool| {
-            let measured = counts.then(|| results.next().zip(replicates.next())).flatten();
-            measured.unwrap_or(unknown)
-        };
-        let (results, replicates) = counts.iter().map(own).unzip();
-        Self { results, replicates, ..self }
-    }
-
-    /// Returns the largest relative 95 % half width; those without any light count as exact. `None`
-    /// when all are.
-    pub fn worst(&self) -> Option<f64> {
-        let lit = self.results.iter().map(|r| r.total).filter(|e| e.mean > 0.0);
-        lit.map(|e| e.relative_half_width()).reduce(f64::max)
-    }
-}
-
-/// The purpose of the random numbers that walks take.
-const WALKS: u64 = 11;
 
 /// Walks per replicate of the first round, and the most that are held in memory together.
 const FIRST_ROUND: u64 = 8;
 const LARGEST_BLOCK: u64 = 256;
 /// After how many walks a survey without any light counts as exact.
 const ENOUGH_IN_THE_DARK: u64 = 1 << 20;
-/// How many sensors are served by a replicate before the next one.
-pub(super) const SERVED_TOGETHER: usize = 64;
 
 /// Measures illuminance, lx, at all sensors.
 ///
@@ -164,31 +99,6 @@ pub(super) fn survey(
         None => run.go_on(&mut control, observer),
     };
     Ok(run.finished(ending, control.elapsed()))
-}
-
-/// The walks of a run.
-#[derive(Clone, Copy)]
-pub(super) struct Walks<'a> {
-    pub(super) launcher: &'a Launcher<'a>,
-    settings: &'a SensorSettings,
-}
-
-impl<'a> Walks<'a> {
-    /// Follows some walks of a replicate; what there is no time for is cut short.
-    pub(super) fn of_replicate(
-        &self,
-        replicate: usize,
-        indices: Range<u64>,
-        watch: &Watch,
-    ) -> Vec<Walked<'a>> {
-        let seed = seed(self.settings.seed, replicate, WALKS);
-        let ends = || watch.ends();
-        let follow = |index| {
-            let stream = &mut Stream::new(self.settings.randomness, seed, index);
-            if ends() { Walked::default() } else { self.launcher.follow(stream, &ends) }
-        };
-        indices.map(follow).collect()
-    }
 }
 
 /// A survey under way.

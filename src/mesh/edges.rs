@@ -9,7 +9,7 @@ use std::fmt;
 use glam::DVec3;
 
 use crate::mesh::Mesh;
-use crate::mesh::report::is_collapsed;
+use crate::mesh::triangle::is_collapsed;
 
 /// Describes where an edge is and what is wrong with it.
 #[derive(Debug, Clone, Copy, PartialEq)]

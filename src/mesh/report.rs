@@ -8,6 +8,7 @@
 use crate::mesh::Mesh;
 use crate::mesh::boundary::{BoundaryLoop, for_each_loop};
 use crate::mesh::edges::{BadEdge, EdgeFault, for_each_edge, for_each_group};
+use crate::mesh::triangle::is_collapsed;
 use crate::{Error, Result};
 
 /// Lists the deficiencies of a mesh and its topology.
@@ -260,10 +261,6 @@ impl Edges {
         });
         all
     }
-}
-
-pub(super) fn is_collapsed(&[a, b, c]: &[u32; 3]) -> bool {
-    a == b || b == c || c == a
 }
 
 /// Whether the sine of an angle between two edges is zero to the rounding of their cross product.

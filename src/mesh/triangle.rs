@@ -31,6 +31,11 @@ fn nearest_on_segment(point: DVec3, [a, b]: [DVec3; 2]) -> DVec3 {
     }
 }
 
+/// Whether two corners of a face are the same vertex.
+pub(super) fn is_collapsed(&[a, b, c]: &[u32; 3]) -> bool {
+    a == b || b == c || c == a
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

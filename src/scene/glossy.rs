@@ -17,7 +17,7 @@ use crate::math::quadrature::Rule;
 use crate::math::{Rgb, sampling};
 use crate::{Error, Result};
 
-use super::material::check_reflectance;
+use super::reflectance::check_reflectance;
 
 /// A glossy surface, in local coordinates: z is the normal, directions point away from the surface
 /// and have z > 0.

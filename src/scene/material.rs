@@ -1,9 +1,10 @@
 //! Materials: how a surface reflects, and what it emits.
 
+use super::reflectance::check_reflectance;
 use std::sync::Arc;
 
+use crate::Result;
 use crate::math::Rgb;
-use crate::{Error, Result};
 
 use super::brdf::Brdf;
 use super::glossy::Glossy;
@@ -60,18 +61,6 @@ impl Material {
         self.exitance = exitance;
         self
     }
-}
-
-/// Rejects reflectances outside [0, 1).
-pub(super) fn check_reflectance(reflectance: Rgb) -> Result<()> {
-    if reflectance.0.iter().all(|r| (0.0..1.0).contains(r)) {
-        return Ok(());
-    }
-    Err(Error::Parameter(format!(
-        "a reflectance must be at least 0 and below 1, found {:?}; with 1 light would never be \
-         absorbed",
-        reflectance.0
-    )))
 }
 
 #[cfg(test)]

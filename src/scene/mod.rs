@@ -11,6 +11,7 @@ mod light;
 mod material;
 mod mixture;
 mod object;
+mod reflectance;
 mod sensor;
 mod world;
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::built::Built;
 use super::detail::{Detail, detail};
 use super::on_surface::Form;
 use super::sensors::{SensorGroup, behind, check_distances, sensors};
@@ -68,24 +69,6 @@ pub struct DetailedObject {
     pub name: String,
     /// The degree and what it may cost.
     pub detail: Detail,
-}
-
-/// An object with what the checks need to know of it.
-pub(super) struct Built {
-    pub(super) object: Object,
-    body: Body,
-    pub(super) form: Form,
-    fit: Option<Arc<Fit>>,
-    detail: Option<Detail>,
-    /// What is wrong with the mesh it was made of.
-    deficiencies: Arc<[String]>,
-}
-
-impl Built {
-    fn new(object: Object, body: Body) -> Self {
-        let deficiencies = Arc::default();
-        Self { object, body, form: Form::Plain, fit: None, detail: None, deficiencies }
-    }
 }
 
 /// Builds the scene that a file describes, all SH objects at their full degree.

@@ -2,6 +2,7 @@
 //! an intersector.
 
 mod batch;
+mod built;
 mod compare;
 mod detail;
 mod grids;

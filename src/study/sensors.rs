@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::built::Built;
 use super::grids;
-use super::load::Built;
 use super::on_surface::{self, Laid};
 use super::solids::{self, Solid};
 use crate::Result;

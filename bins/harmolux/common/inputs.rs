@@ -37,17 +37,6 @@ pub(crate) fn source(path: &Path) -> Result<Source> {
     Ok(Source::new(path, &bytes))
 }
 
-/// Puts the file before what is wrong with what it holds.
-pub(crate) fn about(path: &Path, error: Error) -> Error {
-    let name = path.display();
-    error.map(|error| match error {
-        Error::Geometry(text) => Error::Geometry(format!("{name}: {text}")),
-        Error::Parameter(text) => Error::Parameter(format!("{name}: {text}")),
-        Error::Numeric(text) => Error::Numeric(format!("{name}: {text}")),
-        other => other,
-    })
-}
-
 /// Returns the format of a coefficient file; a mesh is none, whatever its extension.
 pub(crate) fn series_format(
     path: &Path,

@@ -1,5 +1,6 @@
 //! What several verbs share.
 
+pub(crate) mod about;
 pub(crate) mod advice;
 pub(crate) mod exit;
 pub(crate) mod flags;

@@ -6,7 +6,7 @@ use clap::Args;
 use harmolux::Result;
 use harmolux::mesh::{Mesh, RepairReport, RepairSettings, repair};
 
-use crate::common::inputs::about;
+use crate::common::about::about;
 use crate::common::say;
 
 /// What is to be mended in a mesh; nothing is unless asked for

@@ -18,9 +18,10 @@ use harmolux::io::coefficients::Tolerance;
 use harmolux::io::points;
 use harmolux::sh::Filter;
 
+use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, choices};
-use crate::common::inputs::{about, read_mesh, read_points, source};
+use crate::common::inputs::{read_mesh, read_points, source};
 use crate::common::shape_file::{self, ShapeFile};
 use crate::common::values::{point, tolerance};
 

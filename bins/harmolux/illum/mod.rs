@@ -19,9 +19,9 @@ use harmolux::{Error, Result};
 
 use self::map::MapTarget;
 use self::target::IllumTarget;
+use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::{SceneArguments, choices};
-use crate::common::inputs::about;
 use crate::common::plot::{self, PlotFormat};
 use crate::common::progress::Meter;
 use crate::common::scenes::{load_scene, read_scene, stop};

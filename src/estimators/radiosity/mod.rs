@@ -23,70 +23,19 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+use super::estimator::RadiositySettings;
 use super::receiver::Receiver;
 use super::replicates::{Control, Observer, REPLICATES, Stop, Watch};
-use super::survey::Survey;
+use super::results::Survey;
+use crate::Result;
 use crate::math::Rgb;
 use crate::math::stats::Estimate;
 use crate::scene::{Measured, Scene};
-use crate::{Error, Result};
 use patches::Patches;
 use shooting::Solution;
 
 /// How many times as long as was measured is left for the final gather.
 const RESERVE: f64 = 1.25;
-
-/// The largest number of patches: their pairs are visited one by one.
-pub const MAX_PATCHES: usize = 100_000;
-
-/// Sets how finely radiosity divides a scene and when it ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RadiositySettings {
-    /// About how many patches all surfaces get together, each in proportion to its area, 1 to
-    /// [`MAX_PATCHES`]; those of curved bodies and meshes may be more.
-    pub patches: usize,
-    /// The share of all light that may be left unshot, above 0 and below 1.
-    pub tolerance: f64,
-}
-
-impl Default for RadiositySettings {
-    /// Takes 2000 patches and a millionth of the light.
-    fn default() -> Self {
-        Self { patches: 2000, tolerance: 1e-6 }
-    }
-}
-
-/// Describes how radiosity went.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Exchange {
-    /// The number of patches; each has two sides.
-    pub patches: usize,
-    /// How often a patch has shot its light.
-    pub shots: u64,
-    /// The share of the light that is left unshot.
-    pub unshot: f64,
-    /// The share of the light that all patches absorbed: in a closed scene 1, but for what is
-    /// unshot and the error of the patches.
-    pub absorbed: f64,
-}
-
-impl RadiositySettings {
-    fn check(&self) -> Result<()> {
-        if !(1..=MAX_PATCHES).contains(&self.patches) {
-            return Err(Error::Parameter(format!(
-                "the number of patches must be from 1 to {MAX_PATCHES}, found {}",
-                self.patches
-            )));
-        }
-        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
-            return Err(Error::Parameter(format!(
-                "the tolerance of radiosity is a share of the light, above 0 and below 1, found {}",
-                self.tolerance
-            )));
-        }
-        Ok(())
-    }
-}
 
 /// Measures what receivers get from the patches of a scene, beside the light of `points`. Of `stop`
 /// only the time counts.

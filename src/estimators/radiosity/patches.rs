@@ -1,6 +1,6 @@
 //! The patches of a scene: facets of all its surfaces, each with two sides.
 
-use super::MAX_PATCHES;
+use super::super::estimator::MAX_PATCHES;
 use crate::math::Rgb;
 use crate::scene::{Brdf, Object, Scene};
 use crate::surface::{Division, Facet, Hit};

@@ -8,7 +8,7 @@ use super::super::contour;
 use super::super::direct;
 use super::super::receiver::Receiver;
 use super::super::replicates::{Control, Ending, Observer};
-use super::Exchange;
+use super::super::results::Exchange;
 use super::patches::{Patches, facing, sign};
 use crate::math::{Ray, Rgb};
 use crate::scene::Scene;

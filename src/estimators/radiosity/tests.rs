@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 
+use super::super::estimator::MAX_PATCHES;
 use super::*;
 use crate::estimators::{Ending, Estimator, SensorSettings, illuminance, luminance};
 use crate::math::{Randomness, Ray};

@@ -12,6 +12,7 @@ mod light;
 mod material;
 mod measure;
 mod object;
+mod object_part;
 mod overrides;
 mod placement;
 mod references;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::measure::MeasureName;
 use super::object::{BoxFace, ObjectSpec};
+use super::object_part::{box_face, object_and_part};
 use super::source::Entry;
 use super::suggest::suggest;
 use super::surface_sensor::{SurfaceSpec, WrittenSurface};
@@ -302,17 +303,6 @@ impl WrittenGrid {
     }
 }
 
-/// Divides "object.part" where it is not itself the name of an object, which may hold dots.
-pub(super) fn object_and_part<'a>(
-    on: &'a str,
-    objects: &BTreeMap<String, ObjectSpec>,
-) -> (&'a str, Option<&'a str>) {
-    match on.rsplit_once('.') {
-        Some((name, part)) if !objects.contains_key(on) => (name, Some(part)),
-        _ => (on, None),
-    }
-}
-
 /// Understands "object" or "object.face".
 fn surface(on: &str, entry: &Entry, objects: &BTreeMap<String, ObjectSpec>) -> Result<GridPlace> {
     let (name, face) = object_and_part(on, objects);
@@ -330,17 +320,6 @@ fn surface(on: &str, entry: &Entry, objects: &BTreeMap<String, ObjectSpec>) -> R
             Err(entry.error("on", format!("unknown object `{name}`"), &help))
         }
     }
-}
-
-pub(super) fn box_face(name: &str, face: Option<&str>, entry: &Entry) -> Result<BoxFace> {
-    let names = BoxFace::ALL.map(BoxFace::name);
-    let Some(face) = face else {
-        let help = format!("write `on = \"{name}.z_min\"`");
-        return Err(entry.error("on", format!("`{name}` is a box: a face is missing"), &help));
-    };
-    let found = BoxFace::ALL.into_iter().find(|f| f.name() == face);
-    let help = || suggest(face, &names, "faces of a box");
-    found.ok_or_else(|| entry.error("on", format!("`{name}` has no face `{face}`"), &help()))
 }
 
 fn no_place(name: &str, object: &ObjectSpec, entry: &Entry) -> Error {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::measure::MeasureName;
 use super::object::{BoxFace, ObjectSpec};
-use super::sensor::{box_face, object_and_part};
+use super::object_part::{box_face, object_and_part};
 use super::source::Entry;
 use super::suggest::suggest;
 use super::values::{whole, word};

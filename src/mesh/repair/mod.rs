@@ -10,7 +10,8 @@ use std::collections::HashMap;
 use std::fmt;
 
 use crate::mesh::Mesh;
-use crate::mesh::report::{duplicate_faces, find, is_collapsed};
+use crate::mesh::report::{duplicate_faces, find};
+use crate::mesh::triangle::is_collapsed;
 use crate::{Error, Result};
 
 /// Sets a repair. The default joins vertices at equal coordinates, drops faces without area and
