@@ -11,7 +11,7 @@ use harmolux::fit::{mesh_bytes, series_bytes};
 use harmolux::io::coefficients;
 use harmolux::io::coefficients::SeriesFormat;
 use harmolux::io::meshes;
-use harmolux::mesh::MeshReport;
+use harmolux::mesh::{Mesh, MeshReport};
 use harmolux::sh::{Convention, least, positions, range, volume};
 use serde_json::{Value, json};
 
@@ -103,12 +103,8 @@ fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
     if let Err(error) = lowest.require_positive(most) {
         lines.push(("deficiency", format!("no closed surface: {error}")));
     }
-    if let Some(name) = &source {
-        lines.push(("source", name.clone()));
-    }
-    if let Some(degree) = shape.truncated_from {
-        lines.push(("cut from", format!("degree {degree}")));
-    }
+    lines.extend(source.clone().map(|name| ("source", name)));
+    lines.extend(shape.truncated_from.map(|l| ("cut from", format!("degree {l}"))));
     let value = json!({
         "kind": "coefficients",
         "format": file.format.name(),
@@ -126,6 +122,29 @@ fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
         "truncated_from": shape.truncated_from,
     });
     Ok((lines, value))
+}
+
+/// Describes how the mesh is seen from its origin and from its best centre, if it can be told.
+fn star_of(mesh: &Mesh, lines: &mut Lines) -> Value {
+    let star =
+        star::test(mesh, DVec3::ZERO).and_then(|about| Ok((about, star::best_centre(mesh)?)));
+    match star {
+        Ok((about, (best, clearance))) => {
+            let origin = if about.is_star_shaped() { "star-shaped" } else { "not star-shaped" };
+            lines.push((
+                "about the origin",
+                format!("{origin}, clearance {} m", say::significant(about.clearance, 4)),
+            ));
+            lines.push((
+                "best centre",
+                format!("{}, clearance {} m", point(best), say::significant(clearance, 4)),
+            ));
+            json!({
+                "origin_clearance": about.clearance, "best_centre": best.to_array(), "best_clearance": clearance
+            })
+        }
+        Err(_) => Value::Null,
+    }
 }
 
 fn mesh(path: &Path) -> Result<(Lines, Value)> {
@@ -151,25 +170,7 @@ fn mesh(path: &Path) -> Result<(Lines, Value)> {
         ("closed", if report.is_closed() { "yes".into() } else { "no".into() }),
         ("components", format!("{}, Euler number {}", report.components, report.euler())),
     ];
-    let star =
-        star::test(&mesh, DVec3::ZERO).and_then(|about| Ok((about, star::best_centre(&mesh)?)));
-    let star = match star {
-        Ok((about, (best, clearance))) => {
-            let origin = if about.is_star_shaped() { "star-shaped" } else { "not star-shaped" };
-            lines.push((
-                "about the origin",
-                format!("{origin}, clearance {} m", say::significant(about.clearance, 4)),
-            ));
-            lines.push((
-                "best centre",
-                format!("{}, clearance {} m", point(best), say::significant(clearance, 4)),
-            ));
-            json!({
-                "origin_clearance": about.clearance, "best_centre": best.to_array(), "best_clearance": clearance
-            })
-        }
-        Err(_) => Value::Null,
-    };
+    let star = star_of(&mesh, &mut lines);
     for text in &deficiencies {
         lines.push(("deficiency", text.clone()));
     }

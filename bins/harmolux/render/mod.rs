@@ -139,15 +139,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     meter.finish();
     if rendering.unfinished == Some(0.0) {
         kept.end(&rendering);
-        say::warning(&format!(
-            "the run ended after {} before the first row of the picture was done, so nothing is \
-             written; give it more time (`render.stop.time`), or take a smaller `--size`",
-            progress::duration(rendering.elapsed)
-        ));
-        return Ok(match rendering.ending {
-            Ending::Interrupted => Code::Interrupted,
-            _ => Code::NotMet,
-        });
+        return Ok(nothing_done(&rendering));
     }
     kept.keep(&rendering);
     let mut written = Vec::new();
@@ -169,6 +161,19 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
         Code::Done if rendering.unfinished.is_some() => Code::NotMet,
         code => code,
     })
+}
+
+/// Says that no row of the picture was done in time.
+fn nothing_done(rendering: &Rendering) -> Code {
+    say::warning(&format!(
+        "the run ended after {} before the first row of the picture was done, so nothing is \
+         written; give it more time (`render.stop.time`), or take a smaller `--size`",
+        progress::duration(rendering.elapsed)
+    ));
+    match rendering.ending {
+        Ending::Interrupted => Code::Interrupted,
+        _ => Code::NotMet,
+    }
 }
 
 fn settings(spec: &RenderSpec, scene: &Scene, common: &SceneArguments) -> ImageSettings {
@@ -272,7 +277,7 @@ fn warn(rendering: &Rendering) {
     }
 }
 
-fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
+fn object_lines(fits: &[FittedObject]) -> Vec<(&'static str, String)> {
     let mut lines = Vec::new();
     for FittedObject { name, fit } in distinct(fits) {
         let lmax = fit.coefficients.lmax();
@@ -299,6 +304,11 @@ fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
             ),
         ));
     }
+    lines
+}
+
+fn report(fits: &[FittedObject], rendering: &Rendering, written: &[PathBuf]) {
+    let mut lines = object_lines(fits);
     let film = &rendering.film;
     let [width, height] = film.size();
     let error = film.median_relative_error().map_or("unknown".to_owned(), say::percent);

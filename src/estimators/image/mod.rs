@@ -116,7 +116,7 @@ pub fn resume(
     settings: &ImageSettings,
     film: Film,
     observer: Observer,
-    mut keeper: Option<Checkpointer>,
+    keeper: Option<Checkpointer>,
 ) -> Result<Rendering> {
     if matches!(settings.estimator, Estimator::Radiosity(_) | Estimator::Photon { .. }) {
         let message = "pictures are estimated by local estimates or paths; radiosity and photons \
@@ -138,22 +138,19 @@ pub fn resume(
         elapsed: Duration::ZERO,
     };
     let mut samples = Vec::new();
-    let mut saved = (Duration::ZERO, Duration::ZERO);
+    let mut keeper = keeper.map(Keeping::new);
     loop {
         run.account(&launcher, settings, &control);
         if let Some(ending) = run.ending(&mut control, observer) {
             run.ending = ending;
             return Ok(run);
         }
-        if let Some(Checkpointer { every, save }) = &mut keeper {
-            let (at, took) = saved;
-            if control.elapsed() >= at + (*every).max(9 * took) {
-                // The film and what is written of it need the memory.
-                samples = Vec::new();
-                let start = control.elapsed();
-                save(&run);
-                saved = (control.elapsed(), control.elapsed().saturating_sub(start));
-            }
+        if let Some(keeper) = &mut keeper
+            && keeper.is_due(&control)
+        {
+            // The film and what is written of it need the memory.
+            samples = Vec::new();
+            keeper.save(&run, &control);
         }
         if run.film.is_between_stages() {
             run.film.plan(settings.stop.relative_error);
@@ -229,6 +226,30 @@ impl Rendering {
         }
         self.unfinished = unfinished;
         !complete
+    }
+}
+
+/// When a checkpointer saved last, and how long it took.
+struct Keeping<'a> {
+    own: Checkpointer<'a>,
+    at: Duration,
+    took: Duration,
+}
+
+impl<'a> Keeping<'a> {
+    fn new(own: Checkpointer<'a>) -> Self {
+        Self { own, at: Duration::ZERO, took: Duration::ZERO }
+    }
+
+    fn is_due(&self, control: &Control) -> bool {
+        control.elapsed() >= self.at + self.own.every.max(9 * self.took)
+    }
+
+    fn save(&mut self, run: &Rendering, control: &Control) {
+        let start = control.elapsed();
+        (self.own.save)(run);
+        self.at = control.elapsed();
+        self.took = self.at.saturating_sub(start);
     }
 }
 
