@@ -30,12 +30,12 @@ pub struct ScaleOptions {
     pub tight: bool,
 }
 
-/// Gives colours to values.
+/// Assigns colours to values.
 ///
 /// ```
-/// use harmolux::plots::ScaleWish;
+/// use harmolux::plots::ScaleOptions;
 ///
-/// let scale = ScaleWish::default().fitted(&[120.0, 430.0, 560.0], 1.0)?;
+/// let scale = ScaleOptions::default().fitted(&[120.0, 430.0, 560.0], 1.0)?;
 /// assert_eq!(scale.range(), [0.0, 600.0]);
 /// assert_eq!(scale.levels(), [0.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0]);
 /// # Ok::<(), harmolux::Error>(())

@@ -29,10 +29,10 @@ const PICTURE: &str = "picture";
 /// Holds the values of a picture and how they are shown.
 ///
 /// ```
-/// use harmolux::plots::{FalseColour, ScaleWish};
+/// use harmolux::plots::{FalseColour, ScaleOptions};
 ///
 /// let values = vec![1.0, 20.0, 300.0, f64::NAN];
-/// let scale = ScaleWish { high: Some(1000.0), decades: Some(3.0), ..Default::default() }.fitted(&values, 1.0)?;
+/// let scale = ScaleOptions { high: Some(1000.0), decades: Some(3.0), ..Default::default() }.fitted(&values, 1.0)?;
 /// let picture = FalseColour::new(2, 2, values, scale, "cd/m\u{b2}")?.with_lines(true);
 /// assert_eq!(picture.tally().not_finite, 1);
 /// assert!(picture.to_svg()?.contains("cd/m\u{b2}"));

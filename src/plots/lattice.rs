@@ -8,7 +8,7 @@ use crate::{Error, Result};
 /// grid.
 const TOLERANCE: f64 = 0.01;
 
-/// Tells points that are one, and lines from planes, relative to the extent of all.
+/// Distinguishes points that are one, and lines from planes, relative to the extent of all.
 const TINY: f64 = 1e-9;
 
 /// Describes a rectangular lattice as it is seen from the side to which its points look.

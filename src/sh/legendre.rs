@@ -133,7 +133,7 @@ impl Recurrence {
     }
 }
 
-/// Gives (x + iy)^m for the eight orders of successive blocks, as real and imaginary parts.
+/// Returns (x + iy)^m for the eight orders of successive blocks, as real and imaginary parts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Powers<S: Simd> {
     pub(super) re: f64x8<S>,

@@ -180,7 +180,9 @@ const PLACES: [(f64, DVec3); 9] = [
 fn put(table: &mut toml::Table, scale: f64, shift: DVec3) {
     for (key, value) in table.iter_mut() {
         match key.as_str() {
-            "at" | "centre" | "corner" | "from" | "max" | "min" | "point" | "to" => {
+            "at" | "centre" | "corner" | "from" | "max" | "min" | "point" | "to"
+                if value.is_array() =>
+            {
                 put_point(value, scale, shift);
             }
             "edge_u" | "edge_v" => put_point(value, scale, DVec3::ZERO),

@@ -370,25 +370,27 @@ fn sensors_in_surfaces_see_what_is_before_them() {
         ..Sensor::plane(DVec3::new(x, y, z), DVec3::Z)
     };
     let plane = |x, y, z| Sensor::plane(DVec3::new(x, y, z), DVec3::Z);
-    let points = [
+    let in_walls = [
         (plane(0.0, 0.0, 0.0), 1.0),
         (plane(4.0, 1.3, 0.0), 1.0),
         (cylinder(0.0, 4.0, 2.0), 1.0),
         (cylinder(0.0, 1.0, 2.0), 1.0),
-        (plane(3.0, 2.0, 2.0), 0.5),
-        (cylinder(2.0, 3.0, 2.0), 0.5),
     ];
+    let on_balls = [(plane(3.0, 2.0, 2.0), 0.5), (cylinder(2.0, 3.0, 2.0), 0.5)];
     let sphere = Sphere::new(DVec3::splat(2.0), 1.0).expect("valid");
     let mut series = Coefficients::zeros(0);
     series.set(0, 0, 1.0, 0.0);
     let series = ShSurface::new(&series, Intersector::Certified).expect("a positive radius");
-    for ball in [
-        Object::new("ball", sphere, black.clone()),
-        Object::new("ball", placed(series, DVec3::splat(2.0), 1.0), black.clone()),
+    let series = placed(series, DVec3::splat(2.0), 1.0);
+    for (ball, points) in [
+        (None, &in_walls[..]),
+        (Some(Object::new("ball", sphere, black.clone())), &on_balls[..]),
+        (Some(Object::new("ball", series, black.clone())), &on_balls[..]),
     ] {
         let walls = room(DVec3::splat(4.0), &[(); 6].map(|()| black.clone().emitting(Rgb::WHITE)));
-        let scene = Scene::new(vec![walls, ball], vec![]).expect("valid");
-        let at = points.map(|(sensor, _)| sensor);
+        let scene = Scene::new(std::iter::once(walls).chain(ball).collect(), vec![]);
+        let scene = scene.expect("valid");
+        let at: Vec<Sensor> = points.iter().map(|(sensor, _)| *sensor).collect();
         for by in [Estimator::Local(Weighting::of(&scene)), Estimator::Path] {
             let survey = illuminance(&scene, &at, &sensors(by, 1 << 13), &go_on).expect("runs");
             for ((sensor, expected), found) in points.iter().zip(&survey.results) {

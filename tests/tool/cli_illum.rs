@@ -65,7 +65,7 @@ fn values_beyond_numbers_are_told_and_null_in_json() {
     let row = &json(&desk, &strong)["rows"][0];
     assert!(row["illuminance_lx"].is_f64() && row["half_width_95_lx"].is_null(), "{row}");
     let (code, said) = illum(&desk, &["-D", "lights.source.point.intensity=1e308"]);
-    assert!(code == 3 && said.contains("light `source` has a flux that no number"), "{said}");
+    assert!(code == 3 && said.contains("the flux of light `source` is not finite"), "{said}");
 }
 
 #[test]

@@ -83,7 +83,7 @@ pub(crate) fn half_width(estimate: &Estimate) -> String {
     }
 }
 
-/// Tells how the run went.
+/// Reports how the run went.
 pub(crate) fn tell(survey: &Survey) {
     let end = match survey.ending {
         Ending::Interrupted => ", interrupted",

@@ -92,11 +92,15 @@ fn sensors_in_edges_and_corners_see_all_walls() {
     let scene = Scene::new(vec![room], vec![]).expect("valid");
     let places = [[0.0, 0.0, -2.0], [2.0, 0.3, -2.0], [-2.0, 2.0, -2.0], [-2.0, -2.0, 0.0]];
     let planes = places.map(|at| Sensor::plane(at.into(), DVec3::Z));
-    for sensors in [planes, planes.map(|s| Sensor { measure: Measure::Cylinder, ..s })] {
+    let cylinders = planes.map(|s| Sensor { measure: Measure::Cylinder, ..s });
+    // A cylinder that stands on the floor has the lower half of its view in the floor.
+    let of_cylinders = [1.0, 1.0, 1.0, 2.0];
+    for (sensors, expected) in [(planes, [2.0; 4]), (cylinders, of_cylinders)] {
         let found = survey(&scene, &sensors, 600);
-        for (sensor, found) in sensors.iter().zip(&found.results) {
+        for ((sensor, found), expected) in sensors.iter().zip(&found.results).zip(expected) {
             let mean = found.total.mean;
-            assert!((mean - 2.0).abs() <= 2e-3, "{} {:?}: {mean}", sensor.at, sensor.measure);
+            let at = (sensor.at, sensor.measure);
+            assert!((mean - expected).abs() <= 2e-3, "{at:?}: {mean}, not {expected}");
         }
     }
 }

@@ -53,7 +53,9 @@ pub const DIRECTIONS: usize = 1 << 18;
 ///
 /// ```
 /// use glam::DVec3;
-/// use harmolux::surface::{Mesh, MeshSurface, star};
+/// use harmolux::fit::star;
+/// use harmolux::mesh::Mesh;
+/// use harmolux::surface::MeshSurface;
 /// let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 /// let mesh = Mesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])?;
 /// let folds = star::folds(&MeshSurface::new(mesh)?, DVec3::splat(0.1), star::DIRECTIONS);

@@ -65,7 +65,8 @@ impl StarReport {
 ///
 /// ```
 /// use glam::DVec3;
-/// use harmolux::surface::{Mesh, star};
+/// use harmolux::fit::star;
+/// use harmolux::mesh::Mesh;
 /// let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 /// let mesh = Mesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])?;
 /// assert!(star::test(&mesh, DVec3::splat(0.1))?.is_star_shaped());

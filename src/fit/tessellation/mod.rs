@@ -112,7 +112,7 @@ impl Resolution {
 /// ```
 /// use glam::DVec3;
 /// use harmolux::sh::Coefficients;
-/// use harmolux::surface::{Resolution, tessellate};
+/// use harmolux::fit::{Resolution, tessellate};
 ///
 /// let mut ball = Coefficients::zeros(0);
 /// ball.set(0, 0, 2.0, 0.0);

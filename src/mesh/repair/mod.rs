@@ -87,7 +87,7 @@ impl fmt::Display for RepairReport {
 ///
 /// ```
 /// use glam::DVec3;
-/// use harmolux::surface::{Mesh, RepairSettings, repair};
+/// use harmolux::mesh::{Mesh, RepairSettings, repair};
 /// let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X, DVec3::Z];
 /// let mesh = Mesh::new(corners, vec![[0, 1, 2], [0, 3, 4]])?;
 /// let (mesh, done) = repair(&mesh, &RepairSettings::default())?;

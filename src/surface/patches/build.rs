@@ -25,7 +25,7 @@ const GRID_ERROR: f64 = 1e-11;
 /// Patches that one task fits.
 const PER_TASK: usize = 16;
 
-/// Gives the radius at many directions.
+/// Returns the radius at many directions.
 enum Radii<'a> {
     Series(&'a Series),
     Grid(Box<GridSeries>),

@@ -108,7 +108,8 @@ impl Compact {
 ///
 /// ```
 /// use std::path::Path;
-/// use harmolux::io::coefficients::{Shape, compact::{self, Tolerance}};
+/// use harmolux::fit::Shape;
+/// use harmolux::io::coefficients::compact::{self, Tolerance};
 /// use harmolux::sh::Coefficients;
 ///
 /// let mut coefficients = Coefficients::zeros(2);

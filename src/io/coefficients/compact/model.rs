@@ -196,7 +196,7 @@ impl Context {
     }
 }
 
-/// Gives each whole number from -[`END`] to [`END`] its probability; the ends stand for all beyond.
+/// Assigns each whole number from -[`END`] to [`END`] a probability; the ends stand for all beyond.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Distribution {
     scale: f64,

@@ -76,7 +76,7 @@ fn what_is_written_is_read() {
 #[test]
 fn faults_of_a_text_name_the_line() {
     for (from, to, message) in [
-        ("format ascii 1.0", "format ascii 2.0", "2: `ascii 2.0` is no format"),
+        ("format ascii 1.0", "format ascii 2.0", "2: `ascii 2.0` is not a known format"),
         ("element vertex 5", "element vertex many", "8: `many` is no number of rows"),
         (
             "element vertex 5",

@@ -351,11 +351,11 @@ pub(super) const BAD_SHAPES: &[Damage] = &[
         "23:8: `file` in [objects.twin.mesh] must name a file, found an empty string\n  help: \
          write it like `file = \"../head.obj\"`"),
     ("up = \"y\"", "up = \"w\"",
-        "25:6: `up` in [objects.twin.mesh] cannot be `w`\n  help: the words here are `z`, `y` and \
-         `x`"),
+        "25:6: `up` in [objects.twin.mesh] cannot be `w`\n  help: the words here are `x`, `y` and \
+         `z`"),
     ("unit = \"mm\"", "unit = \"ft\"",
-        "26:8: `unit` in [objects.twin.mesh] cannot be `ft`\n  help: the words here are `m`, \
-         `cm`, `mm` and `in`"),
+        "26:8: `unit` in [objects.twin.mesh] cannot be `ft`\n  help: the words here are \
+         `km`, `m`, `cm`, `mm`, `um` and `in`"),
     ("smooth = true", "smooth = true\ndegree = 4",
         "25:1: unknown key `degree` in [objects.twin.mesh]\n  help: the keys here are `file`, \
          `at`, `scale`, `rotate`, `unit`, `up`, `smooth` and `material`"),
