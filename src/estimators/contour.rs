@@ -1,11 +1,12 @@
 //! How much of its view a point has of a polygon, a disc or a sphere: Lambert's contour formula.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use arrayvec::ArrayVec;
 use glam::{DVec2, DVec3};
 
-use super::receiver::Receiver;
+use crate::math::Frame;
+use crate::math::quadrature::Rule;
 
 /// Returns the configuration factor of a quadrilateral at `point` for the unit `normal`, its
 /// projected solid angle over pi: E = B times it. Positive where the contour runs counter-clockwise
@@ -168,42 +169,104 @@ impl Rim {
     }
 }
 
-/// How often a quadrilateral is halved at most, both ways, until it is small for its distance.
-const HALVINGS: u32 = 6;
-/// A quadrilateral of this share of its squared distance is small: the midpoint rule is then good
-/// to half a per cent.
-const SMALL: f64 = 0.02;
+/// The largest angle of an arc that one rule integrates over, and the points of the rule.
+const ARC: f64 = PI / 8.0;
+const POINTS: usize = 8;
 
-/// Returns what a receiver of any kind gets from a quadrilateral of radiosity 1 that faces it
-/// counter-clockwise, by the midpoint rule on parts that are small for their distance.
-pub(super) fn response(corners: &[DVec3; 4], receiver: &Receiver) -> f64 {
-    part(corners, receiver, HALVINGS)
+/// The side of a cylinder, or of half of one, as it sees polygons.
+pub(super) struct Cylinder {
+    frame: Frame,
+    /// 1 for half a cylinder that faces the tangent of the frame, else 0.
+    half: f64,
+    rule: Rule,
 }
 
-fn part(corners: &[DVec3; 4], receiver: &Receiver, halvings: u32) -> f64 {
-    let [a, b, c, d] = *corners;
-    let middle = 0.25 * (a + b + c + d);
-    let to_middle = middle - receiver.hit.point;
-    let distance2 = to_middle.length_squared();
-    let reach = (a - c).length_squared().max((b - d).length_squared());
-    if reach > SMALL * distance2 && halvings > 0 {
-        let [ab, bc, cd, da] = [[a, b], [b, c], [c, d], [d, a]].map(|[p, q]| p.midpoint(q));
-        let quarters =
-            [[a, ab, middle, da], [ab, b, bc, middle], [middle, bc, c, cd], [da, middle, cd, d]];
-        return quarters.iter().map(|quarter| part(quarter, receiver, halvings - 1)).sum();
+impl Cylinder {
+    /// Stands along a unit vector, and faces a perpendicular one if it is half a cylinder.
+    pub(super) fn new(axis: DVec3, facing: Option<DVec3>) -> Self {
+        let tangent = facing.unwrap_or_else(|| axis.any_orthonormal_vector());
+        let frame = Frame { tangent, bitangent: axis.cross(tangent), normal: axis };
+        let half = f64::from(u8::from(facing.is_some()));
+        Self { frame, half, rule: Rule::gauss_legendre(POINTS) }
     }
-    if distance2 == 0.0 {
-        return 0.0;
+
+    /// Returns what it gets at a point from a quadrilateral of radiosity 1 that faces it
+    /// counter-clockwise: the integral of W / pi over its solid angle.
+    ///
+    /// By Stokes' theorem the integral of sin theta (1 + cos phi) over a spherical polygon is that
+    /// of G (1 + cos phi) dphi around it, G = (theta - sin theta cos theta) / 2, and G(pi) times
+    /// the turn about the axis less where the lower pole is inside.
+    pub(super) fn sees(&self, corners: &[DVec3; 4], point: DVec3) -> f64 {
+        let relative = corners.map(|corner| self.local(corner - point));
+        let (mut sum, mut turn) = (0.0, 0.0);
+        for (i, a) in relative.iter().enumerate() {
+            let (part, turned) = self.along(*a, relative[(i + 1) % 4]);
+            sum += part;
+            turn += turned;
+        }
+        let [a, b, c, d] = relative;
+        let normal = (c - a).cross(d - b);
+        let is_below = (normal.dot(a) < 0.0) != (normal.z < 0.0);
+        if turn.abs() > PI && is_below {
+            sum -= FRAC_PI_2 * turn;
+        }
+        (-sum / (PI * PI)).max(0.0)
     }
-    let direction = to_middle / distance2.sqrt();
-    let projected = -0.5 * (c - a).cross(d - b).dot(direction);
-    projected.max(0.0) * receiver.response(direction).luminance() / (PI * distance2)
+
+    fn local(&self, v: DVec3) -> DVec3 {
+        let Frame { tangent, bitangent, normal } = self.frame;
+        DVec3::new(v.dot(tangent), v.dot(bitangent), v.dot(normal))
+    }
+
+    /// Integrates along the arc of one edge; returns the turn about the axis, too.
+    fn along(&self, a: DVec3, b: DVec3) -> (f64, f64) {
+        let (from, Some(across)) =
+            (a.normalize_or_zero(), b.reject_from(a.normalize_or_zero()).try_normalize())
+        else {
+            return (0.0, 0.0);
+        };
+        let angle = b.dot(across).atan2(b.dot(from));
+        let parts = (angle / ARC).ceil().max(1.0);
+        let step = angle / parts;
+        let at = |t: f64| t.cos() * from + t.sin() * across;
+        let sine = |r: DVec3| r.y / r.truncate().length().max(f64::MIN_POSITIVE);
+        let (mut sum, mut turn) = (0.0, 0.0);
+        for k in 0..parts as usize {
+            let (start, end) = (k as f64 * step, (k + 1) as f64 * step);
+            let (p, q) = (at(start), at(end));
+            let turned = (p.x * q.y - p.y * q.x).atan2(p.x * q.x + p.y * q.y);
+            turn += turned;
+            // Near a pole phi runs, and G less its value there vanishes.
+            let pole = if p.z + q.z < 0.0 { FRAC_PI_2 } else { 0.0 };
+            sum += pole * (turned + self.half * (sine(q) - sine(p)));
+            let rate = |(x, weight): (f64, f64)| {
+                let t = start + 0.5 * (1.0 + x) * step;
+                weight * self.rate(at(t), t.cos() * across - t.sin() * from, pole)
+            };
+            sum += 0.5 * step * self.rule.iter().map(rate).sum::<f64>();
+        }
+        (sum, turn)
+    }
+
+    /// Returns (G - pole) (1 + cos phi) dphi / dt at a unit vector that moves by `along`.
+    fn rate(&self, r: DVec3, along: DVec3, pole: f64) -> f64 {
+        let rho = r.truncate().length();
+        if rho == 0.0 {
+            return 0.0;
+        }
+        // G(pi - theta) = pi / 2 - G(theta).
+        let sign = if pole > 0.0 { -1.0 } else { 1.0 };
+        let g = 0.5 * sign * (rho.atan2(sign * r.z) - rho * sign * r.z);
+        g * (1.0 + self.half * r.x / rho) * (r.x * along.y - r.y * along.x) / (rho * rho)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::receiver::Receiver;
     use super::*;
-    use crate::scene::Sensor;
+    use crate::scene::{Measure, Sensor};
+    use crate::surface::{Division, SampleArea};
 
     /// The ceiling [0, 1]^2 at z = 1, seen from below.
     fn ceiling() -> [DVec3; 4] {
@@ -241,13 +304,68 @@ mod tests {
         assert!((parts - factor(&ceiling(), at, DVec3::Z)).abs() <= 1e-15);
     }
 
+    /// The midpoint rule over n x n parts, as W / pi.
+    fn by_parts(corners: &[DVec3; 4], sensor: &Sensor, n: usize) -> f64 {
+        let [a, b, c, d] = *corners;
+        let at = |i: usize, j: usize, o: f64| {
+            let (u, v) = ((i as f64 + o) / n as f64, (j as f64 + o) / n as f64);
+            a.lerp(b, u).lerp(d.lerp(c, u), v)
+        };
+        let receiver = Receiver::sensor(sensor);
+        let of = |k: usize| {
+            let (i, j) = (k % n, k / n);
+            let to = at(i, j, 0.5) - sensor.at;
+            let (along, across) =
+                (at(i + 1, j, 0.0) - at(i, j, 0.0), at(i, j + 1, 0.0) - at(i, j, 0.0));
+            let projected = -along.cross(across).dot(to.normalize());
+            projected * receiver.response(to.normalize()).luminance() / (PI * to.length_squared())
+        };
+        (0..n * n).map(of).sum()
+    }
+
+    fn cylinders(at: DVec3) -> [Sensor; 2] {
+        let facing = DVec3::new(0.6, -0.8, 0.0);
+        [Measure::Cylinder, Measure::SemiCylinder { facing }]
+            .map(|measure| Sensor { measure, ..Sensor::plane(at, DVec3::Z) })
+    }
+
+    fn seen(corners: &[DVec3; 4], sensor: &Sensor) -> f64 {
+        let facing = match sensor.measure {
+            Measure::SemiCylinder { facing } => Some(facing),
+            _ => None,
+        };
+        Cylinder::new(sensor.normal, facing).sees(corners, sensor.at)
+    }
+
     #[test]
-    fn response_of_a_plane_is_its_factor() {
-        for at in [DVec3::ZERO, DVec3::new(0.4, 0.6, 0.8), DVec3::new(3.0, -1.0, 0.5)] {
-            let sensor = Sensor::plane(at, DVec3::Z);
-            let expected = factor(&ceiling(), at, DVec3::Z);
-            let found = response(&ceiling(), &Receiver::sensor(&sensor));
-            assert!((found - expected).abs() <= 5e-3 * expected, "{found} {expected}");
+    fn cylinders_see_polygons_as_many_small_parts() {
+        for z in [0.0, 0.9, 2.0] {
+            // From below, with the pole inside and outside; from above it is turned round.
+            for (x, y) in [(0.4, 0.6), (3.0, -1.0), (0.5, -0.01)] {
+                let mut corners = ceiling();
+                if z > 1.0 {
+                    corners.reverse();
+                }
+                for sensor in cylinders(DVec3::new(x, y, z)) {
+                    let (found, fine) = (seen(&corners, &sensor), by_parts(&corners, &sensor, 600));
+                    assert!((found - fine).abs() <= 2e-4 * fine, "{sensor:?}: {found} {fine}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn cylinders_in_a_glowing_cube_get_all_there_is() {
+        let cube = crate::surface::primitives::AxisBox::new(DVec3::ZERO, DVec3::ONE);
+        let facets =
+            cube.expect("valid").turned_inward(true).facets(&Division { count: 1, lights: &[] });
+        for at in
+            [DVec3::splat(0.5), DVec3::new(1e-9, 0.3, 0.7), DVec3::new(1e-9, 1e-6, 1.0 - 1e-9)]
+        {
+            for sensor in cylinders(at) {
+                let sum: f64 = facets.iter().map(|f| seen(&f.corners, &sensor)).sum();
+                assert!((sum - 1.0).abs() <= 1e-6, "{sensor:?}: {sum}");
+            }
         }
     }
 

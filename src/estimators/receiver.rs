@@ -72,6 +72,15 @@ impl<'a> Receiver<'a> {
         }
     }
 
+    /// Returns the axis of a cylinder, and where half of one faces.
+    pub(super) fn cylinder(&self) -> Option<(DVec3, Option<DVec3>)> {
+        match self.response {
+            Response::Cylinder => Some((self.normal, None)),
+            Response::SemiCylinder(facing) => Some((self.normal, Some(facing))),
+            Response::Plane | Response::Reflection(..) => None,
+        }
+    }
+
     /// Returns, where W is proportional to the cosine above a plane, its normal and W / cos.
     pub(super) fn cosine(&self) -> Option<(DVec3, Rgb)> {
         match self.response {

@@ -1,7 +1,7 @@
 //! The final gather: what a receiver gets from the patches, each seen in its contour.
 
 use super::super::connect::SplitLight;
-use super::super::contour;
+use super::super::contour::{self, Cylinder};
 use super::super::receiver::Receiver;
 use super::patches::{Patches, sign};
 use super::shooting::Solution;
@@ -20,6 +20,7 @@ pub(super) fn gather(
     solution: &Solution,
     receiver: &Receiver,
 ) -> SplitLight {
+    let cylinder = receiver.cylinder().map(|(axis, facing)| Cylinder::new(axis, facing));
     let (mut light, mut rays) = (SplitLight::default(), Vec::new());
     let sides: Vec<usize> =
         (0..patches.sides()).filter(|s| !solution.radiosity[*s].is_black()).collect();
@@ -28,7 +29,7 @@ pub(super) fn gather(
         let mut seen: Vec<(usize, Rgb, usize)> = Vec::new();
         for &side in sides {
             let facet = patches.facet(side);
-            let response = response(facet, sign(side), receiver);
+            let response = response(facet, sign(side), receiver, cylinder.as_ref());
             if response.is_black() {
                 continue;
             }
@@ -53,7 +54,7 @@ pub(super) fn gather(
 }
 
 /// Returns what a receiver gets from one side of an unhindered facet of radiosity 1.
-fn response(facet: &Facet, sign: f64, receiver: &Receiver) -> Rgb {
+fn response(facet: &Facet, sign: f64, receiver: &Receiver, cylinder: Option<&Cylinder>) -> Rgb {
     if let Some((normal, weight)) = receiver.cosine() {
         let factor = contour::factor(&facet.corners, receiver.hit.point, normal);
         return weight * (sign * factor).max(0.0);
@@ -62,7 +63,7 @@ fn response(facet: &Facet, sign: f64, receiver: &Receiver) -> Rgb {
     if sign < 0.0 {
         corners.reverse();
     }
-    Rgb::grey(contour::response(&corners, receiver))
+    Rgb::grey(cylinder.map_or(0.0, |c| c.sees(&corners, receiver.hit.point)))
 }
 
 /// Returns the rays to those points of a facet that face the receiver and that it receives light
