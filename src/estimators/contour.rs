@@ -178,16 +178,18 @@ pub(super) struct Cylinder {
     frame: Frame,
     /// 1 for half a cylinder that faces the tangent of the frame, else 0.
     half: f64,
+    /// Whether it stands on a surface, so that what is below does not count.
+    stands: bool,
     rule: Rule,
 }
 
 impl Cylinder {
     /// Stands along a unit vector, and faces a perpendicular one if it is half a cylinder.
-    pub(super) fn new(axis: DVec3, facing: Option<DVec3>) -> Self {
+    pub(super) fn new(axis: DVec3, facing: Option<DVec3>, stands: bool) -> Self {
         let tangent = facing.unwrap_or_else(|| axis.any_orthonormal_vector());
         let frame = Frame { tangent, bitangent: axis.cross(tangent), normal: axis };
         let half = f64::from(u8::from(facing.is_some()));
-        Self { frame, half, rule: Rule::gauss_legendre(POINTS) }
+        Self { frame, half, stands, rule: Rule::gauss_legendre(POINTS) }
     }
 
     /// Returns what it gets at a point from a quadrilateral of radiosity 1 that faces it
@@ -198,9 +200,15 @@ impl Cylinder {
     /// the turn about the axis less where the lower pole is inside.
     pub(super) fn sees(&self, corners: &[DVec3; 4], point: DVec3) -> f64 {
         let relative = corners.map(|corner| self.local(corner - point));
+        let heights = relative.map(|r| r.z);
+        let kept = if self.stands {
+            above_horizon(&relative, &heights)
+        } else {
+            relative.into_iter().collect()
+        };
         let (mut sum, mut turn) = (0.0, 0.0);
-        for (i, a) in relative.iter().enumerate() {
-            let (part, turned) = self.along(*a, relative[(i + 1) % 4]);
+        for (i, a) in kept.iter().enumerate() {
+            let (part, turned) = self.along(*a, kept[(i + 1) % kept.len()]);
             sum += part;
             turn += turned;
         }
@@ -334,7 +342,7 @@ mod tests {
             Measure::SemiCylinder { facing } => Some(facing),
             _ => None,
         };
-        Cylinder::new(sensor.normal, facing).sees(corners, sensor.at)
+        Cylinder::new(sensor.normal, facing, false).sees(corners, sensor.at)
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::cloud::Plane;
+use super::contour::Cylinder;
 use crate::math::{Frame, Rgb, sampling};
 use crate::scene::{Brdf, BrdfSample, Measure, Sensor, Vertex};
 use crate::surface::Hit;
@@ -20,6 +21,8 @@ pub struct Receiver<'a> {
     response: Response<'a>,
     /// What mirrors on the way to it leave of the light.
     tint: Rgb,
+    /// Whether it stands on a surface, which fills what is below.
+    stands: bool,
 }
 
 /// How light from a direction counts, W.
@@ -44,13 +47,15 @@ impl<'a> Receiver<'a> {
             Measure::Cylinder => Response::Cylinder,
             Measure::SemiCylinder { facing } => Response::SemiCylinder(facing),
         };
-        Self { hit: sensor.as_hit(), normal: sensor.normal, response, tint: Rgb::WHITE }
+        let stands = sensor.error > 0.0;
+        Self { hit: sensor.as_hit(), normal: sensor.normal, response, tint: Rgb::WHITE, stands }
     }
 
     /// Measures the luminance that a vertex reflects towards `vertex.outgoing`.
     pub fn reflecting(vertex: &Vertex<'a>) -> Self {
         let response = Response::Reflection(&vertex.material.brdf, vertex.outgoing);
-        Self { hit: vertex.hit, normal: vertex.normal, response, tint: Rgb::WHITE }
+        let (hit, normal) = (vertex.hit, vertex.normal);
+        Self { hit, normal, response, tint: Rgb::WHITE, stands: true }
     }
 
     /// Sees it through mirrors that leave this of its light.
@@ -61,7 +66,8 @@ impl<'a> Receiver<'a> {
     /// Measures the illuminance of one side of a surface: that of its normal for a positive `sign`,
     /// the other for a negative one.
     pub(super) fn side(hit: &Hit, sign: f64) -> Self {
-        Self { hit: *hit, normal: sign * hit.normal, response: Response::Plane, tint: Rgb::WHITE }
+        let (response, tint) = (Response::Plane, Rgb::WHITE);
+        Self { hit: *hit, normal: sign * hit.normal, response, tint, stands: true }
     }
 
     /// Returns the normal of what is no cylinder.
@@ -72,13 +78,14 @@ impl<'a> Receiver<'a> {
         }
     }
 
-    /// Returns the axis of a cylinder, and where half of one faces.
-    pub(super) fn cylinder(&self) -> Option<(DVec3, Option<DVec3>)> {
-        match self.response {
-            Response::Cylinder => Some((self.normal, None)),
-            Response::SemiCylinder(facing) => Some((self.normal, Some(facing))),
-            Response::Plane | Response::Reflection(..) => None,
-        }
+    /// Returns the cylinder that it is, if any.
+    pub(super) fn cylinder(&self) -> Option<Cylinder> {
+        let facing = match self.response {
+            Response::Cylinder => None,
+            Response::SemiCylinder(facing) => Some(facing),
+            Response::Plane | Response::Reflection(..) => return None,
+        };
+        Some(Cylinder::new(self.normal, facing, self.stands))
     }
 
     /// Returns, where W is proportional to the cosine above a plane, its normal and W / cos.
@@ -195,7 +202,9 @@ impl<'a> Receiver<'a> {
     #[inline]
     fn is_below(&self, direction: DVec3) -> bool {
         match self.response {
-            Response::Cylinder | Response::SemiCylinder(_) => false,
+            Response::Cylinder | Response::SemiCylinder(_) => {
+                self.stands && self.normal.dot(direction) <= 0.0
+            }
             Response::Plane | Response::Reflection(..) => {
                 let side = 1.0_f64.copysign(self.hit.normal.dot(self.normal));
                 self.hit.normal.dot(direction) * side <= 0.0

@@ -186,11 +186,13 @@ fn put(table: &mut toml::Table, scale: f64, shift: DVec3) {
                 put_point(value, scale, shift);
             }
             "edge_u" | "edge_v" => put_point(value, scale, DVec3::ZERO),
-            "radius" | "scale" | "spacing" if !value.is_table() => {
-                *value = (scale * number(value)).into();
+            "radius" | "scale" | "spacing" if number(value).is_some() => {
+                *value = (scale * number(value).expect("a number")).into();
             }
             // Lamps grow with the scene, so that lux stay.
-            "flux" | "intensity" => *value = (scale * scale * number(value)).into(),
+            "flux" | "intensity" => {
+                *value = (scale * scale * number(value).expect("a number")).into();
+            }
             "file" => *value = folder().join("../head.obj").to_string_lossy().as_ref().into(),
             _ => {
                 if let Some(inner) = value.as_table_mut() {
@@ -201,8 +203,8 @@ fn put(table: &mut toml::Table, scale: f64, shift: DVec3) {
     }
 }
 
-fn number(value: &toml::Value) -> f64 {
-    value.as_float().or_else(|| value.as_integer().map(|i| i as f64)).expect("a number")
+fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
 }
 
 /// Puts a point, or each of a list.
@@ -212,7 +214,7 @@ fn put_point(value: &mut toml::Value, scale: f64, shift: DVec3) {
         return list.iter_mut().for_each(|point| put_point(point, scale, shift));
     }
     for (x, shift) in list.iter_mut().zip(shift.to_array()) {
-        *x = (scale * number(x) + shift).into();
+        *x = (scale * number(x).expect("a number") + shift).into();
     }
 }
 

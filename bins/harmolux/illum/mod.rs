@@ -153,9 +153,9 @@ fn measure(
 
 /// Says how the run ended, for the exit code.
 fn outcome(survey: &Survey, asked: Stop, counts: &[bool], groups: &[Group]) -> Code {
-    let unknown = surveys::unreached(survey, counts);
+    let (unknown, cut_short) = (surveys::unreached(survey, counts), surveys::cut_short(survey));
     let code = match code(survey.ending, asked, reached(survey), "largest 95 % half width") {
-        Code::Done if unknown || surveys::cut_short(survey) => Code::NotMet,
+        Code::Done if unknown || cut_short => Code::NotMet,
         code => code,
     };
     let met = |group: &Group| group.judged.iter().all(|j| j.verdict == Verdict::Met);

@@ -20,7 +20,7 @@ pub(super) fn gather(
     solution: &Solution,
     receiver: &Receiver,
 ) -> SplitLight {
-    let cylinder = receiver.cylinder().map(|(axis, facing)| Cylinder::new(axis, facing));
+    let cylinder = receiver.cylinder();
     let (mut light, mut rays) = (SplitLight::default(), Vec::new());
     let sides: Vec<usize> =
         (0..patches.sides()).filter(|s| !solution.radiosity[*s].is_black()).collect();
