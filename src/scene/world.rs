@@ -280,7 +280,7 @@ impl Scene {
                 let at = if height > 0.0 { hit.point } else { sensor.at };
                 // Rays leave along the sensor's own normal, which may be tilted against the
                 // surface.
-                let error = hit.error / hit.normal.dot(up).abs().max(1e-3);
+                let error = hit.error / hit.normal.dot(up).abs();
                 Sensor { at, error: error.max(f64::MIN_POSITIVE), ..*sensor }
             }
             _ => *sensor,
@@ -301,7 +301,8 @@ impl Scene {
             let height = (hit.point - sensor.at).dot(up);
             // What shines at the sensor is before it, however near.
             let lights_it = hit.normal.dot(up) < 0.0 && self.objects[object].emits();
-            if height.abs() <= self.nearness(object, &hit) && !lights_it {
+            let lies_on_it = hit.normal.dot(up).abs() > LEAST_SLOPE;
+            if height.abs() <= self.nearness(object, &hit) && lies_on_it && !lights_it {
                 return Some((object, hit));
             }
             let next = hit.departure(-up);
@@ -392,7 +393,8 @@ const BEFORE_SURFACE: f64 = 1e-3;
 const BEFORE_ERROR: f64 = 64.0;
 /// The cosine to its support from which a sensor counts as upright on it.
 const UPRIGHT: f64 = 0.999;
-/// The least sine of the angle between a sensor's plane and a surface that passes through it.
+/// The least sine of the angle between a sensor's plane and a surface that passes through it, and
+/// cosine to one that it lies on.
 const LEAST_SLOPE: f64 = 0.05;
 /// How many surfaces are passed in search of the one a sensor lies on.
 const MOST_LAYERS: usize = 8;
