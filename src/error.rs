@@ -160,7 +160,7 @@ pub struct InputError {
     /// What to write or do instead, when that is known.
     pub help: Option<String>,
     /// What the caller may choose instead; stands in the place of `help`.
-    pub advice: Option<Advice>,
+    pub advice: Option<Box<Advice>>,
 }
 
 impl fmt::Display for InputError {
@@ -181,7 +181,7 @@ impl InputError {
             }
         }
         write!(f, ": {}", self.message)?;
-        match self.advice.as_ref().map(words).as_ref().or(self.help.as_ref()) {
+        match self.advice.as_deref().map(words).as_ref().or(self.help.as_ref()) {
             Some(help) => write!(f, "\n  help: {help}"),
             None => Ok(()),
         }
@@ -214,7 +214,7 @@ impl InputError {
 
     /// Adds what the caller may choose instead.
     pub fn advise(mut self, advice: Advice) -> Self {
-        self.advice = Some(advice);
+        self.advice = Some(Box::new(advice));
         self
     }
 }

@@ -24,7 +24,8 @@ impl Material {
     /// Makes a Lambertian material that does not emit.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when a component of the reflectance is outside [0, 1).
+    /// [`Error::Parameter`](crate::Error::Parameter) when a component of the reflectance is outside
+    /// [0, 1).
     pub fn lambert(reflectance: Rgb) -> Result<Self> {
         check_reflectance(reflectance)?;
         Ok(Self { brdf: Brdf::Lambert { reflectance }, exitance: Rgb::BLACK })
@@ -38,7 +39,8 @@ impl Material {
     /// Makes a mirror that does not emit.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when a component of the reflectance is outside [0, 1).
+    /// [`Error::Parameter`](crate::Error::Parameter) when a component of the reflectance is outside
+    /// [0, 1).
     pub fn mirror(reflectance: Rgb) -> Result<Self> {
         check_reflectance(reflectance)?;
         Ok(Self { brdf: Brdf::Mirror { reflectance }, exitance: Rgb::BLACK })
@@ -48,7 +50,8 @@ impl Material {
     /// sums.
     ///
     /// # Errors
-    /// [`Error::Parameter`] when a share is not above 0, or the shares do not add up to 1.
+    /// [`Error::Parameter`](crate::Error::Parameter) when a share is not above 0, or the shares do
+    /// not add up to 1.
     pub fn mixture(parts: &[(f64, Self)]) -> Result<Self> {
         let brdfs: Vec<(f64, &Brdf)> = parts.iter().map(|(share, m)| (*share, &m.brdf)).collect();
         let brdf = Mixture::new(&brdfs)?.simplified();

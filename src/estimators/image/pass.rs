@@ -273,22 +273,19 @@ impl<'a> Pass<'a> {
         let mut direct = direct::few_point_lights(self.scene, &receiver, eye);
         let streams =
             |count: usize| (0..count).map(move |k| stream(index * count as u64 + k as u64));
-        let mean: SplitLight = match self.settings.estimator {
-            Estimator::Local(_) => {
-                let picked = hash([seed_of(self.settings, self.film, PICK), pixel, index]);
-                let cloud = self.cloud(picked as usize % CLOUDS_PER_PASS);
-                if cloud.non_finite() > 0 {
-                    return SplitLight::NON_FINITE;
-                }
-                let outlook = self.known_lights.seen_from(self.scene, &receiver);
-                direct += outlook.light;
-                let asked = std::iter::once((cloud, streams(RAYS_PER_SAMPLE)));
-                self.connector.estimate(batch, &receiver, &outlook, asked).map(|e| e.light).sum()
+        let mean: SplitLight = if matches!(self.settings.estimator, Estimator::Local(_)) {
+            let picked = hash([seed_of(self.settings, self.film, PICK), pixel, index]);
+            let cloud = self.cloud(picked as usize % CLOUDS_PER_PASS);
+            if cloud.non_finite() > 0 {
+                return SplitLight::NON_FINITE;
             }
-            _ => {
-                let paths = streams(PATHS_PER_SAMPLE).map(|mut s| tracer.trace(&receiver, &mut s));
-                paths.sum::<SplitLight>() / PATHS_PER_SAMPLE as f64
-            }
+            let outlook = self.known_lights.seen_from(self.scene, &receiver);
+            direct += outlook.light;
+            let asked = std::iter::once((cloud, streams(RAYS_PER_SAMPLE)));
+            self.connector.estimate(batch, &receiver, &outlook, asked).map(|e| e.light).sum()
+        } else {
+            let paths = streams(PATHS_PER_SAMPLE).map(|mut s| tracer.trace(&receiver, &mut s));
+            paths.sum::<SplitLight>() / PATHS_PER_SAMPLE as f64
         };
         SplitLight { direct: direct + mean.direct, indirect: mean.indirect }
     }

@@ -64,10 +64,10 @@ pub fn read_as_stated(path: &Path) -> Result<Shape> {
 /// what can be said here as well.
 pub fn advise_conversion(error: Error, here: &dyn Fn(&Advice) -> bool) -> Error {
     let Error::Input(mut input) = error else { return error };
-    let is_foreign = |advice: &mut Advice| *advice != Advice::FitSurface && !here(advice);
+    let is_foreign = |advice: &mut Box<Advice>| **advice != Advice::FitSurface && !here(advice);
     if let Some(advice) = input.advice.take_if(is_foreign) {
-        let (advice, path) = (Box::new(advice), input.path.clone());
-        input.advice = Some(Advice::Convert { advice, path });
+        let path = input.path.clone();
+        input.advice = Some(Box::new(Advice::Convert { advice, path }));
     }
     Error::Input(input)
 }

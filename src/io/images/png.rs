@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn pixels_are_packed_as_by_the_encoder_of_crate_image() {
-        let samples: Vec<u8> = (0..3 * 67 * 31_u32).map(|i| (i * i >> 5) as u8).collect();
+        let samples: Vec<u8> = (0..3 * 67 * 31_u32).map(|i| ((i * i) >> 5) as u8).collect();
         let mut expected = Vec::new();
         PngEncoder::new_with_quality(&mut expected, CompressionType::Default, FilterType::Adaptive)
             .write_image(&samples, 67, 31, ExtendedColorType::Rgb8)

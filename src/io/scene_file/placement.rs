@@ -33,7 +33,7 @@ impl PlacementSpec {
     /// # Errors
     /// [`crate::Error::Parameter`] when the numbers leave what a placement can hold.
     pub fn about(&self, origin: DVec3) -> Result<Placement> {
-        let up = UpAxis::from(self.up);
+        let up = self.up;
         let turn = DMat3::from_cols(up.to_z(DVec3::X), up.to_z(DVec3::Y), up.to_z(DVec3::Z));
         let rotation = self.rotate.quaternion() * DQuat::from_mat3(&turn);
         let scale = self.scale * self.unit.metres();
