@@ -13,6 +13,7 @@ mod mixture;
 mod object;
 mod reflectance;
 mod sensor;
+mod settle;
 mod world;
 
 pub use brdf::{Brdf, BrdfSample};
