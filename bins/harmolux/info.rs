@@ -78,25 +78,16 @@ fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
     let (low, high) = (DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
     let convention = file.convention.map(say::convention);
     let source = shape.source.as_ref().map(|s| s.name.clone());
+    let size = say::bytes(series_bytes(c.lmax()));
+    let [least, largest] = [lower, most].map(|radius| say::significant(radius, 5));
     let mut lines = vec![
         ("kind", "spherical-harmonic coefficients of a radius, metres".to_owned()),
         ("format", file.format.noun().to_owned()),
         ("convention", convention.unwrap_or_else(|| "our own basis".to_owned())),
-        (
-            "degree",
-            format!(
-                "{}, {} coefficients, {} in f32",
-                c.lmax(),
-                c.count(),
-                say::bytes(series_bytes(c.lmax()))
-            ),
-        ),
+        ("degree", format!("{}, {} coefficients, {size} in f32", c.lmax(), c.count())),
         ("centre", point(shape.centre)),
         ("mean radius", format!("{} m", say::significant(c.mean(), 7))),
-        (
-            "radius",
-            format!("certainly {} to {} m", say::significant(lower, 5), say::significant(most, 5)),
-        ),
+        ("radius", format!("certainly {least} to {largest} m")),
         ("bounds", format!("certainly within {} to {}", point(low), point(high))),
         ("volume", format!("{} m3", say::significant(volume, 7))),
     ];

@@ -57,19 +57,17 @@ pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
     let scatter =
         (verb.weights.is_none() && only.len() > 1).then(|| scatter(&only, &mean.coefficients));
     if as_json {
-        let rows = verb.shapes.iter().zip(&distances);
-        say::data(
-            &json!({
-                "shapes": shapes.len(),
-                "degree": mean.coefficients.lmax(),
-                "centre": mean.centre.to_array(),
-                "mean_radius": radius,
-                "scatter": scatter,
-                "distances": rows.map(|(path, d)| json!({ "shape": path, "rms": d })).collect::<Vec<_>>(),
-                "written": verb.output,
-            })
-            .to_string(),
-        );
+        let row = |(path, d): (&PathBuf, &f64)| json!({ "shape": path, "rms": d });
+        let value = json!({
+            "shapes": shapes.len(),
+            "degree": mean.coefficients.lmax(),
+            "centre": mean.centre.to_array(),
+            "mean_radius": radius,
+            "scatter": scatter,
+            "distances": verb.shapes.iter().zip(&distances).map(row).collect::<Vec<_>>(),
+            "written": verb.output,
+        });
+        say::data(&value.to_string());
         return Ok(Code::Done);
     }
     let mut table = say::table(&["shape", "RMS distance, m", "of the mean radius"]);
@@ -81,15 +79,11 @@ pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
         ]);
     }
     say::data(&table.to_string());
+    let scattered = |s| format!("{} m, {}", say::significant(s, 4), say::percent(s / radius));
     say::pairs(&[
         ("mean of", format!("{} shapes, degree {}", shapes.len(), mean.coefficients.lmax())),
         ("mean radius", format!("{} m", say::significant(radius, 7))),
-        (
-            "scatter",
-            scatter.map_or("needs two shapes of equal weight".into(), |s| {
-                format!("{} m, {}", say::significant(s, 4), say::percent(s / radius))
-            }),
-        ),
+        ("scatter", scatter.map_or("needs two shapes of equal weight".into(), scattered)),
         ("written", verb.output.display().to_string()),
     ]);
     Ok(Code::Done)

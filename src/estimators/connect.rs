@@ -190,7 +190,7 @@ impl<'a> Connector<'a> {
             while batch.gatherers[gatherers].to < to {
                 gatherers += 1;
             }
-            self.connect_one(batch, to, gatherers, outlook);
+            self.connect_one(batch, [to, gatherers], outlook);
         }
         batch.blocked.clear();
         batch.blocked.resize(batch.rays.len(), false);
@@ -212,8 +212,7 @@ impl<'a> Connector<'a> {
     fn connect_one(
         &self,
         batch: &mut Batch<'a>,
-        to: usize,
-        gatherer: usize,
+        [to, gatherer]: [usize; 2],
         outlook: Option<&Outlook>,
     ) {
         let Batch { estimates, gatherers, candidates, rays, connections, .. } = batch;
@@ -230,11 +229,12 @@ impl<'a> Connector<'a> {
         }
         if cloud.walks() > 0 {
             let mean = 1.0 / cloud.walks() as f64;
-            let choice = Choice {
-                limit: self.weighting.limit(first),
-                most: if first { WEIGHED } else { WEIGHED_BEYOND },
-                random: *start,
+            let (most, count) = if first {
+                (WEIGHED, cloud.walks().div_ceil(WALKS_TO_A_RAY))
+            } else {
+                (WEIGHED_BEYOND, CONNECTED_BEYOND)
             };
+            let choice = Choice { limit: self.weighting.limit(first), most, random: *start };
             let all = candidates.weigh(
                 self.level,
                 receiver,
@@ -244,8 +244,6 @@ impl<'a> Connector<'a> {
                 |node| share(outlook, node.vertex.object),
             );
             *connected = *connected + all * mean;
-            let count =
-                if first { cloud.walks().div_ceil(WALKS_TO_A_RAY) } else { CONNECTED_BEYOND };
             candidates.draw(cloud, count, |node, brought| {
                 let brought = brought * mean;
                 let to_node = node.vertex.hit.point - receiver.hit.point;

@@ -29,6 +29,15 @@ pub(super) struct PathTracer<'a> {
     powers: Vec<f64>,
 }
 
+/// A path under way.
+struct Path {
+    /// What it has brought so far.
+    light: SplitLight,
+    throughput: Rgb,
+    /// The luminance of the throughput below which it plays roulette; `None` before its first hit.
+    faint: Option<f64>,
+}
+
 /// Path tracing as an integrator: the samples of a receiver are its own paths.
 pub(super) struct Paths<'a> {
     tracer: PathTracer<'a>,
@@ -77,58 +86,65 @@ impl<'a> PathTracer<'a> {
     /// Traces one path from a receiver; the point lights that the receiver sees itself are not
     /// counted.
     pub(super) fn trace(&self, receiver: &Receiver, stream: &mut Stream) -> SplitLight {
-        let mut light =
-            SplitLight { direct: self.sampled_emitter(receiver, stream), indirect: Rgb::BLACK };
+        let direct = self.sampled_emitter(receiver, stream);
+        let light = SplitLight { direct, indirect: Rgb::BLACK };
+        let mut path = Path { light, throughput: Rgb::WHITE, faint: None };
         let mut here = *receiver;
-        let mut throughput = Rgb::WHITE;
-        let mut faint = None;
-        let mut reflected = false;
         loop {
-            let [u, v, mut roulette, mut choice] = stream.next_4d();
-            let Some(sample) = here.sample([u, v]) else { return light };
-            let Some(mut vertex) = self.scene.vertex(&here.hit.leave(sample.direction)) else {
-                return light;
+            let [u, v, numbers @ ..] = stream.next_4d();
+            let Some(sample) = here.sample([u, v]) else { return path.light };
+            let Some(vertex) = self.scene.vertex(&here.hit.leave(sample.direction)) else {
+                return path.light;
             };
-            throughput *= sample.weight;
-            let faint = *faint.get_or_insert(FAINT * throughput.luminance());
-            let met = throughput * self.met_emitter(&here, &vertex, &sample);
-            *(if reflected { &mut light.indirect } else { &mut light.direct }) += met;
-            reflected = true;
-            // Through mirrors to what reflects otherwise.
-            loop {
-                if !vertex.is_sound() {
-                    return SplitLight::NON_FINITE;
-                }
-                let albedo = vertex.albedo();
-                let mirrored = vertex.mirrored();
-                let by_mirror = mirrored.map_or(0.0, |(_, reflectance)| reflectance.luminance());
-                let left = throughput.luminance() * (albedo + by_mirror).min(1.0);
-                let survival = (left / faint).min(1.0);
-                // Also where nothing is left, or no number.
-                if !(roulette < survival && left > 0.0) {
-                    return light;
-                }
-                throughput = throughput / survival;
-                let by_mirror = by_mirror / (albedo + by_mirror);
-                match mirrored {
-                    Some((direction, reflectance)) if choice < by_mirror => {
-                        throughput = throughput * reflectance / by_mirror;
-                        let ray = vertex.hit.leave(direction);
-                        let Some(next) = self.scene.vertex(&ray) else { return light };
-                        vertex = next;
-                        light.indirect += throughput * self.scene.emitted(&vertex);
-                        [roulette, choice, ..] = stream.next_4d();
-                    }
-                    _ => {
-                        throughput = throughput / (1.0 - by_mirror);
-                        break;
-                    }
-                }
-            }
+            path.throughput *= sample.weight;
+            let met = path.throughput * self.met_emitter(&here, &vertex, &sample);
+            let Path { light: SplitLight { direct, indirect }, faint, .. } = &mut path;
+            *(if faint.is_some() { indirect } else { direct }) += met;
+            let faint = *path.faint.get_or_insert(FAINT * path.throughput.luminance());
+            let Some(vertex) = self.through_mirrors(vertex, faint, numbers, &mut path, stream)
+            else {
+                return path.light;
+            };
             here = Receiver::reflecting(&vertex);
             let lamps = direct::few_point_lights(self.scene, &here, stream);
-            light.indirect += throughput * lamps;
-            light.indirect += throughput * self.sampled_emitter(&here, stream);
+            path.light.indirect += path.throughput * lamps;
+            path.light.indirect += path.throughput * self.sampled_emitter(&here, stream);
+        }
+    }
+
+    /// Follows a path through mirrors to what reflects otherwise; `None` where it ends.
+    fn through_mirrors(
+        &self,
+        mut vertex: Vertex<'a>,
+        faint: f64,
+        [mut roulette, mut choice]: [f64; 2],
+        path: &mut Path,
+        stream: &mut Stream,
+    ) -> Option<Vertex<'a>> {
+        loop {
+            if !vertex.is_sound() {
+                path.light = SplitLight::NON_FINITE;
+                return None;
+            }
+            let albedo = vertex.albedo();
+            let mirrored = vertex.mirrored();
+            let by_mirror = mirrored.map_or(0.0, |(_, reflectance)| reflectance.luminance());
+            let left = path.throughput.luminance() * (albedo + by_mirror).min(1.0);
+            let survival = (left / faint).min(1.0);
+            // Also where nothing is left, or no number.
+            if !(roulette < survival && left > 0.0) {
+                return None;
+            }
+            let survivor = path.throughput / survival;
+            let by_mirror = by_mirror / (albedo + by_mirror);
+            let Some((direction, reflectance)) = mirrored.filter(|_| choice < by_mirror) else {
+                path.throughput = survivor / (1.0 - by_mirror);
+                return Some(vertex);
+            };
+            path.throughput = survivor * reflectance / by_mirror;
+            vertex = self.scene.vertex(&vertex.hit.leave(direction))?;
+            path.light.indirect += path.throughput * self.scene.emitted(&vertex);
+            [roulette, choice, ..] = stream.next_4d();
         }
     }
 

@@ -74,14 +74,9 @@ pub(super) fn survey(
         Estimator::Photon { radius } => Box::new(Counters::new(scene, receivers, radius)?),
     };
     // What is known of each receiver before any sample; of none that the time did not suffice for.
-    let known = |i: usize| {
-        if watch.ends() {
-            return Rgb::BLACK;
-        }
-        let found = integrator.finds_point_lights();
-        let exact = if found { Rgb::BLACK } else { direct::point_lights(scene, &receivers[i]) };
-        own(i) + exact + integrator.known(i)
-    };
+    let found = integrator.finds_point_lights();
+    let exact = |i| if found { Rgb::BLACK } else { direct::point_lights(scene, &receivers[i]) };
+    let known = |i| if watch.ends() { Rgb::BLACK } else { own(i) + exact(i) + integrator.known(i) };
     let known: Vec<Rgb> = (0..receivers.len()).into_par_iter().map(known).collect();
     integrator.pilot(&known, &watch);
     let ending = watch.has_ended().then(|| watch.ending());
@@ -172,10 +167,8 @@ impl Run<'_> {
         let indices = self.done..self.done + count;
         let needs = self.integrator.needs();
         let of = |replicate| self.walks.of_replicate(replicate, indices.clone(), watch);
-        let walks: Vec<Vec<Walked>> = match needs {
-            Needs::Nothing => Vec::new(),
-            Needs::Walks | Needs::Clouds => (0..REPLICATES).into_par_iter().map(of).collect(),
-        };
+        let replicates = if matches!(needs, Needs::Nothing) { 0 } else { REPLICATES };
+        let walks: Vec<Vec<Walked>> = (0..replicates).into_par_iter().map(of).collect();
         if watch.has_ended() {
             return;
         }

@@ -165,22 +165,12 @@ impl<'a> Launcher<'a> {
         nodes: &mut Vec<Node<'a>>,
         ends: &dyn Fn() -> bool,
     ) -> Option<(Ray, Rgb)> {
-        let [u, v, pick, along] = stream.next_4d();
-        let (index, rest) = sampling::discrete(&self.cumulative, pick);
-        let (mut ray, mut flux) = match self.sources[index] {
-            Source::Point(light) => self.leave_point(light, [u, v]),
-            Source::Surface(emitter) => {
-                let start = self.start_on(emitter, DVec2::new(rest, along))?;
-                nodes.push(start);
-                let direction = crate::math::Frame::about(start.vertex.hit.normal)
-                    .to_world(sampling::cosine_hemisphere([u, v]));
-                (start.vertex.hit.leave(direction), start.flux)
-            }
-        };
+        let before = nodes.len();
+        let (mut ray, mut flux) = self.leave(stream, nodes)?;
         let faint = FAINT * flux.luminance();
         let mut thinning = Thinning::default();
         // Of what the light came from last that is no mirror: whether nothing finds it by a ray.
-        let mut hidden = matches!(self.sources[index], Source::Point(_));
+        let mut hidden = nodes.len() == before;
         let mut mirrored = false;
         loop {
             if thinning.hits % ASKED_EVERY == ASKED_EVERY - 1 && ends() {
@@ -209,6 +199,22 @@ impl<'a> Launcher<'a> {
             }
             flux = next / survival;
             ray = vertex.hit.leave(direction);
+        }
+    }
+
+    /// Starts a walk at one of the sources; the start on a surface is its first node.
+    fn leave(&self, stream: &mut Stream, nodes: &mut Vec<Node<'a>>) -> Option<(Ray, Rgb)> {
+        let [u, v, pick, along] = stream.next_4d();
+        let (index, rest) = sampling::discrete(&self.cumulative, pick);
+        match self.sources[index] {
+            Source::Point(light) => Some(self.leave_point(light, [u, v])),
+            Source::Surface(emitter) => {
+                let start = self.start_on(emitter, DVec2::new(rest, along))?;
+                nodes.push(start);
+                let direction = crate::math::Frame::about(start.vertex.hit.normal)
+                    .to_world(sampling::cosine_hemisphere([u, v]));
+                Some((start.vertex.hit.leave(direction), start.flux))
+            }
         }
     }
 

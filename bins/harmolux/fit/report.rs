@@ -130,11 +130,9 @@ fn mesh_pairs(fit: &MeshFit) -> Vec<(&'static str, String)> {
         pairs.push(("folds", format!("{share}: the {} radius stands for them", folds.envelope)));
     }
     let named = |name: &str, [mesh, series]: [f64; 2], unit: &str| {
-        let (of_series, of_mesh) = (say::significant(series, 6), say::significant(mesh, 6));
-        format!(
-            "{of_series} {unit}, {name} {of_mesh} {unit}, {:+.3} %",
-            100.0 * (series / mesh - 1.0)
-        )
+        let excess = 100.0 * (series / mesh - 1.0);
+        let [of_series, of_mesh] = [series, mesh].map(|value| say::significant(value, 6));
+        format!("{of_series} {unit}, {name} {of_mesh} {unit}, {excess:+.3} %")
     };
     let target = if fit.folds.is_some() { "envelope" } else { "mesh" };
     let parseval = fit

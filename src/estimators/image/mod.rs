@@ -127,16 +127,8 @@ pub fn resume(
     let known_lights = KnownLights::of(scene);
     check_film(&film, camera.window().size())?;
     let mut control = Control::new(settings.stop);
-    let mut run = Rendering {
-        film,
-        ending: Ending::Interrupted,
-        walks_per_pixel: 0,
-        mean_walks_per_pixel: 0.0,
-        escaped: 0.0,
-        caustic: launcher.caustic_share(settings.randomness, settings.seed),
-        unfinished: None,
-        elapsed: Duration::ZERO,
-    };
+    let caustic = launcher.caustic_share(settings.randomness, settings.seed);
+    let mut run = Rendering::begun(film, caustic);
     let mut samples = Vec::new();
     let mut keeper = keeper.map(Keeping::new);
     loop {
@@ -166,6 +158,19 @@ pub fn resume(
 }
 
 impl Rendering {
+    fn begun(film: Film, caustic: f64) -> Self {
+        Self {
+            film,
+            ending: Ending::Interrupted,
+            walks_per_pixel: 0,
+            mean_walks_per_pixel: 0.0,
+            escaped: 0.0,
+            caustic,
+            unfinished: None,
+            elapsed: Duration::ZERO,
+        }
+    }
+
     /// Brings the figures up to the film.
     fn account(&mut self, launcher: &Launcher, settings: &ImageSettings, control: &Control) {
         let emitted = launcher.power() * self.film.passes() as f64;

@@ -141,24 +141,29 @@ impl Block {
         // Where all sides are zero the distance is no number and within nothing.
         let distance = depth / sum * shear.slopes[2];
         let within = distance.simd_ge(t_min).to_bitmask() & distance.simd_le(t_max).to_bitmask();
-        let mut met = inside & within as u32;
+        let met = inside & within as u32;
         if met == 0 {
             return None;
         }
-        let distances: [f64; LANES] = distance.into();
-        let mut lane = 0;
-        let mut nearest = f64::INFINITY;
-        while met != 0 {
-            let next = met.trailing_zeros() as usize % LANES;
-            met &= met - 1;
-            if distances[next] <= nearest {
-                (lane, nearest) = (next, distances[next]);
-            }
-        }
+        let (lane, nearest) = nearest(met, &distance.into());
         let (v, w, sum): ([f64; LANES], [f64; LANES], [f64; LANES]) =
             (v.into(), w.into(), sum.into());
         Some(Meeting { lane, distance: nearest, v: v[lane] / sum[lane], w: w[lane] / sum[lane] })
     }
+}
+
+/// Returns the lane of the least distance of those that are marked, and the distance.
+#[inline(always)]
+fn nearest(mut marked: u32, distances: &[f64; LANES]) -> (usize, f64) {
+    let (mut lane, mut nearest) = (0, f64::INFINITY);
+    while marked != 0 {
+        let next = marked.trailing_zeros() as usize % LANES;
+        marked &= marked - 1;
+        if distances[next] <= nearest {
+            (lane, nearest) = (next, distances[next]);
+        }
+    }
+    (lane, nearest)
 }
 
 /// Marks the triangles the axis passes through: all sides of one sign, or zero.

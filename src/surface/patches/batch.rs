@@ -180,11 +180,7 @@ impl Patches {
             let mut searched = [List::new(), List::new(), List::new()];
             for &ray in &open {
                 let certain = self.open(simd, &mut group[usize::from(ray)].walk);
-                if A::ANY && certain {
-                    searched[1].push(ray);
-                } else {
-                    turn.push(ray);
-                }
+                (if A::ANY && certain { &mut searched[1] } else { &mut turn }).push(ray);
             }
             for &ray in &turn {
                 next[group[usize::from(ray)].walk.turn() as usize].push(ray);
@@ -195,15 +191,9 @@ impl Patches {
                 searched[2 * usize::from(past)].push(ray);
             }
             for &ray in &search {
-                let end = match self.step(simd, &mut group[usize::from(ray)].walk) {
-                    Step::On => 0,
-                    Step::Root(tangent) => {
-                        tangents[usize::from(ray) % TOGETHER] = tangent;
-                        1
-                    }
-                    Step::Past => 2,
-                };
-                searched[end].push(ray);
+                let walk = &mut group[usize::from(ray)].walk;
+                let tangent = &mut tangents[usize::from(ray) % TOGETHER];
+                searched[self.search(simd, walk, tangent)].push(ray);
             }
             for &ray in &searched[1] {
                 let Fellow { place, start, length, walk } = &group[usize::from(ray)];
@@ -220,5 +210,19 @@ impl Patches {
             open = opening;
         }
         group.clear();
+    }
+
+    /// Searches one step further, and returns 0 where the search goes on, 1 where it has found a
+    /// root, 2 where it has found none.
+    #[inline(always)]
+    fn search<S: Simd>(&self, simd: S, walk: &mut Walk, found: &mut Tangent) -> usize {
+        match self.step(simd, walk) {
+            Step::On => 0,
+            Step::Root(tangent) => {
+                *found = tangent;
+                1
+            }
+            Step::Past => 2,
+        }
     }
 }
