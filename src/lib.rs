@@ -48,7 +48,7 @@
 //! # Rooms
 //!
 //! Each module is a room that may name only some of the others. `docs/architecture.md` has the
-//! arrows, and `tests/rooms.rs` holds the sources to them.
+//! arrows, and `tests/shapes/rooms.rs` holds the sources to them.
 //!
 //! * [`math`]: rays, boxes, frames, placements, quadrature, sampling, random streams, statistics.
 //! * [`sh`]: conventions, series, grids, transforms, bounds, rotation, integrals, random shapes.

@@ -9,4 +9,5 @@ mod head;
 mod interop;
 mod meshes;
 mod rays;
+mod rooms;
 mod storage;

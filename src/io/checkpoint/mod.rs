@@ -134,8 +134,19 @@ impl<F: Write> Write for Sealed<F> {
 pub fn read(path: &Path, present: &Fingerprint) -> Result<Film> {
     let file = File::open(path).map_err(|e| Error::io(path, "read", e))?;
     let length = file.metadata().map_err(|e| Error::io(path, "read", e))?.len();
-    let check = crc32fast::Hasher::new();
-    let mut from = Reader { path, file: BufReader::new(file), check, taken: 0 };
+    parse_from(path, BufReader::new(file), length, present)
+}
+
+/// As [`read`], of the bytes of a file; `path` is for messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(path: &Path, bytes: &[u8], present: &Fingerprint) -> Result<Film> {
+    parse_from(path, bytes, bytes.len() as u64, present)
+}
+
+fn parse_from(path: &Path, file: impl Read, length: u64, present: &Fingerprint) -> Result<Film> {
+    let mut from = Reader { path, file, check: crc32fast::Hasher::new(), taken: 0 };
     let header = from.header(present)?;
     let [width, height, replicates] = header.size;
     let pixels = u64::from(width) * u64::from(height);
@@ -161,14 +172,14 @@ struct Header {
 }
 
 /// Takes bytes from a checkpoint, and says what is wrong in terms of the file.
-struct Reader<'a> {
+struct Reader<'a, R> {
     path: &'a Path,
-    file: BufReader<File>,
+    file: R,
     check: crc32fast::Hasher,
     taken: u64,
 }
 
-impl Reader<'_> {
+impl<R: Read> Reader<'_, R> {
     fn header(&mut self, present: &Fingerprint) -> Result<Header> {
         let mut start = [0; MAGIC.len()];
         self.fill(&mut start)?;

@@ -1,6 +1,0 @@
-//! Reads the binary form without sense.
-#![no_main]
-
-use libfuzzer_sys::fuzz_target;
-
-fuzz_target!(|data: &[u8]| harmolux_fuzz::binary(data));

@@ -1,7 +1,0 @@
-//! Reads coefficient text with signed orders without sense.
-#![no_main]
-
-use harmolux::io::coefficients::SeriesFormat;
-use libfuzzer_sys::fuzz_target;
-
-fuzz_target!(|data: &[u8]| harmolux_fuzz::series(SeriesFormat::Dov, data));

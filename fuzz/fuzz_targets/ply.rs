@@ -1,6 +1,0 @@
-//! Reads PLY meshes without sense.
-#![no_main]
-
-use libfuzzer_sys::fuzz_target;
-
-fuzz_target!(|data: &[u8]| harmolux_fuzz::mesh("mesh.ply", data));

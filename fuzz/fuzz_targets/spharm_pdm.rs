@@ -1,7 +1,0 @@
-//! Reads SPHARM-PDM files without sense.
-#![no_main]
-
-use harmolux::io::coefficients::SeriesFormat;
-use libfuzzer_sys::fuzz_target;
-
-fuzz_target!(|data: &[u8]| harmolux_fuzz::series(SeriesFormat::SpharmPdm, data));

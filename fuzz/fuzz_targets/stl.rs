@@ -1,6 +1,0 @@
-//! Reads STL meshes without sense.
-#![no_main]
-
-use libfuzzer_sys::fuzz_target;
-
-fuzz_target!(|data: &[u8]| harmolux_fuzz::mesh("mesh.stl", data));

@@ -1,0 +1,158 @@
+//! What fuzzing starts from: the fixtures of tests/data, the scenes of data/scenes, and what the
+//! writers make of small things.
+
+use std::fs;
+use std::path::Path;
+
+use glam::DVec3;
+use harmolux::fit::{Shape, Source};
+use harmolux::io::checkpoint;
+use harmolux::io::coefficients::compact::Tolerance;
+use harmolux::io::coefficients::{SeriesFormat, WriteOptions, binary, compact, encode};
+use harmolux::io::images::Exr;
+use harmolux::io::meshes::{self, MeshFormat};
+use harmolux::io::output::{Kind, Output};
+use harmolux::math::Rgb;
+use harmolux::mesh::Mesh;
+use harmolux::scene::Film;
+use harmolux::sh::Coefficients;
+
+use crate::targets::checkpoint_of;
+
+/// A target's name, the seed's name and its bytes.
+pub(crate) type Seed = (&'static str, String, Vec<u8>);
+
+type Done = Result<(), Box<dyn std::error::Error>>;
+
+const FIXTURES: [(&str, &str); 10] = [
+    ("text", "interop/pyshtools_ortho.sh"),
+    ("series_to_rays", "interop/pyshtools_ortho.sh"),
+    ("dov", "interop/pyshtools_schmidt.dov"),
+    ("bshc", "interop/pyshtools_unnorm.bshc"),
+    ("npy", "interop/pyshtools_4pi.npy"),
+    ("alm", "interop/healpy_alm.npy"),
+    ("alm", "interop/ducc0_alm.npy"),
+    ("spharm_pdm", "interop/spharm_pdm_mm.coef"),
+    ("aics", "interop/aicsshparam.csv"),
+    ("shadr", "interop/shadr_km.tab"),
+];
+
+/// Text of each kind: its target and what stands in it.
+const TEXTS: [(&str, &str); 9] = [
+    ("off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"),
+    (
+        "ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+         property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+         0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    ),
+    (
+        "stl",
+        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n\
+         endloop\nendfacet\nendsolid a\n",
+    ),
+    (
+        "gltf",
+        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"#,
+    ),
+    ("points", "# a cloud\n1 0 0\n0,1,0\n0;0;1\n-1 0 0 2\n0 -1 0\n0 0 -1\n0.6 0.8 0\n"),
+    ("csv", "degree,power_m2\n0,1.5\n1,0.25\n2,1e-3\n"),
+    (
+        "csv",
+        "group,x_m,y_m,z_m,normal_x,normal_y,normal_z,illuminance_lx,behind\n\
+         desk,1,2,0.75,0,0,1,310.5,\ndesk,1.5,2,0.75,0,0,1,,shelf\n",
+    ),
+    ("probe", "# point, direction\n0 0 3  0 0 -1\n1,2,3,0.6,-0.8,0\n"),
+    ("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0 # a corner\nvn 0 0 1\no part\nf 1//1 2//1 \\\n3//1\n"),
+];
+
+const TRIANGLE: &str = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}]}"#;
+
+/// Makes all seeds; `package` is the folder of the package.
+///
+/// # Errors
+/// A fixture that cannot be read, something that cannot be written.
+pub(crate) fn all(package: &Path) -> Result<Vec<Seed>, Box<dyn std::error::Error>> {
+    let mut seeds = Vec::new();
+    for (target, name) in FIXTURES {
+        let bytes = fs::read(package.join("tests/data").join(name))?;
+        seeds.push((target, name.replace('/', "_"), bytes));
+    }
+    let mut scenes: Vec<_> =
+        fs::read_dir(package.join("data/scenes"))?.collect::<Result<_, _>>()?;
+    scenes.sort_by_key(fs::DirEntry::file_name);
+    for entry in scenes.iter().filter(|e| e.path().extension().is_some_and(|e| e == "toml")) {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        seeds.push(("scene", name, fs::read(entry.path())?));
+    }
+    for (i, (target, text)) in TEXTS.iter().enumerate() {
+        let rest = if *target == "gltf" { TRIANGLE } else { "" };
+        seeds.push((target, format!("text-{i}"), [text.as_bytes(), rest.as_bytes()].concat()));
+    }
+    shapes(&mut seeds)?;
+    octahedra(&mut seeds)?;
+    pictures(&mut seeds)?;
+    let rays: [f64; 8] = [0.0, 0.0, 3.0, 0.1, 0.0, -1.0, 0.0, f64::INFINITY];
+    seeds.push(("rays", "ray".into(), rays.iter().flat_map(|x| x.to_le_bytes()).collect()));
+    Ok(seeds)
+}
+
+/// Writes a small shape in every format.
+fn shapes(seeds: &mut Vec<Seed>) -> Done {
+    let mut coefficients = Coefficients::zeros(5);
+    for (l, m) in (0..=5).flat_map(|l| (0..=l).map(move |m| (l, m))) {
+        let x = (7 * l + 3 * m + 1) as f64;
+        coefficients.set(l, m, x.sin() / x, x.cos() / x);
+    }
+    let bare = Shape::new(coefficients);
+    let source = Some(Source::new(Path::new("a.obj"), b"v"));
+    let whole = Shape { source, truncated_from: Some(9), ..bare.clone() };
+    for (name, shape) in [("bare", &bare), ("whole", &whole)] {
+        seeds.push(("binary", name.into(), binary::encode(shape)?));
+        for tolerance in [1e-1, 1e-4, 1e-12] {
+            let bytes = compact::encode(shape, Tolerance::OfMeanRadius(tolerance))?.bytes;
+            // The target puts a checksum behind what it gets.
+            let open = bytes[..bytes.len() - 4].to_vec();
+            seeds.push(("compact", format!("{name}-{tolerance:e}"), bytes));
+            seeds.push(("compact", format!("{name}-{tolerance:e}-open"), open));
+        }
+        for (target, format) in [("text", SeriesFormat::Text), ("dov", SeriesFormat::Dov)] {
+            let bytes = encode(shape, format, &WriteOptions::default())?;
+            if target == "text" {
+                seeds.push(("series_to_rays", name.into(), bytes.clone()));
+            }
+            seeds.push((target, name.into(), bytes));
+        }
+    }
+    Ok(())
+}
+
+/// Writes an octahedron in every format.
+fn octahedra(seeds: &mut Vec<Seed>) -> Done {
+    let corners = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z].to_vec();
+    let sides = [[0, 1], [1, 2], [2, 3], [3, 0]];
+    let faces = sides.iter().flat_map(|&[a, b]| [[a, b, 4], [b, a, 5]]).collect();
+    let mesh = Mesh::new(corners, faces)?;
+    let formats = [("obj", MeshFormat::Obj), ("ply", MeshFormat::Ply), ("stl", MeshFormat::Stl)];
+    for (target, format) in formats {
+        let bytes = meshes::encode(&mesh, format)?;
+        seeds.push(("mesh_to_fit", target.into(), bytes.clone()));
+        seeds.push((target, "octahedron".into(), bytes));
+    }
+    Ok(())
+}
+
+/// Writes a small picture and the checkpoint of one.
+fn pictures(seeds: &mut Vec<Seed>) -> Done {
+    let pixels: Vec<Rgb> = (0..6).map(|i| Rgb::grey(f64::from(i))).collect();
+    seeds.push(("exr", "small".into(), Exr::new(3, 2).with_colour("", &pixels)?.to_bytes()?));
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("a.checkpoint");
+    let mut claim = Output::open(&path, &Kind::CHECKPOINT, false)?.claim()?;
+    checkpoint::write(&mut claim, &checkpoint_of(), &Film::new([3, 2], 4)?)?;
+    seeds.push(("checkpoint", "empty".into(), fs::read(&path)?));
+    Ok(())
+}
