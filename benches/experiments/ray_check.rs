@@ -2,8 +2,10 @@
 //! asking; `tests/common/ray_check` states the rules. One ray in a hundred is made to graze. Ends
 //! with 1, and prints the rays with all bits, if an answer breaks a rule.
 //!
-//!     cargo run --release --example ray_check                  # 10^7 rays on the head, 10^5 on each other shape
-//!     cargo run --release --example ray_check -- --rays 100000 --seed 2    # for the head; the others get at most 10^5
+//!     # 10^7 rays on the head, 10^5 on each other shape:
+//!     cargo run --release --example ray_check
+//!     # so many on the head; the others get at most 10^5:
+//!     cargo run --release --example ray_check -- --rays 100000 --seed 2
 
 #[path = "../../tests/common/ray_check/mod.rs"]
 mod ray_check;

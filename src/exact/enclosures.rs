@@ -16,7 +16,9 @@ use crate::{Error, Result};
 /// ```
 /// use harmolux::exact::enclosures::IntegratingSphere;
 ///
-/// let sphere = IntegratingSphere { radius: 1.0, flux: 1.0, offset: 0.5, boundary: 0.0, reflectance: [0.9, 0.3] };
+/// let (radius, flux, offset, boundary) = (1.0, 1.0, 0.5, 0.0);
+/// let reflectance = [0.9, 0.3];
+/// let sphere = IntegratingSphere { radius, flux, offset, boundary, reflectance };
 /// assert!((sphere.indirect()? - 0.14605730269706566).abs() <= 1e-15);
 /// # Ok::<(), harmolux::Error>(())
 /// ```

@@ -157,7 +157,8 @@ impl RectangleFromPoint {
 /// use glam::DVec3;
 /// use harmolux::exact::form_factors::polygon;
 ///
-/// let ceiling = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+/// let ceiling = corners.map(|(x, y)| DVec3::new(x, y, 1.0));
 /// let c = polygon(&ceiling, DVec3::ZERO, DVec3::Z);
 /// assert!((c - 0.13853160599489).abs() <= 1e-14);
 /// ```

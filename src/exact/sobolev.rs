@@ -46,7 +46,8 @@ impl Plane {
 /// ```
 /// use harmolux::exact::{Plane, SobolevProblem};
 ///
-/// let problem = SobolevProblem { reflectance: [0.8, 0.3], source_height: 0.7, ..Default::default() };
+/// let reflectance = [0.8, 0.3];
+/// let problem = SobolevProblem { reflectance, source_height: 0.7, ..Default::default() };
 /// let below_the_source = problem.illuminance(Plane::Lower, 0.0)?;
 /// assert!((below_the_source - 2.472169062193).abs() <= 1e-12);
 /// # Ok::<(), harmolux::Error>(())

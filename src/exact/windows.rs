@@ -19,7 +19,8 @@ use super::form_factors::polygon;
 /// use glam::DVec3;
 /// use harmolux::exact::form_factors::{polygon, polygon_through};
 ///
-/// let square = |side: f64, z: f64| [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)].map(|(x, y)| DVec3::new(x, y, z));
+/// let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+/// let square = |side: f64, z: f64| corners.map(|(x, y)| DVec3::new(side * x, side * y, z));
 /// // From the corner, a window half way shows of the ceiling what has twice its sides.
 /// let seen = polygon_through(&square(4.0, 2.0), &square(1.0, 1.0), DVec3::ZERO, DVec3::Z);
 /// assert!((seen - polygon(&square(2.0, 2.0), DVec3::ZERO, DVec3::Z)).abs() <= 1e-15);

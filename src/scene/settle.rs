@@ -25,8 +25,8 @@ const MOST_LAYERS: usize = 8;
 impl Scene {
     /// Puts a sensor on the surface that it is meant to lie on: the uppermost that is within a
     /// millionth of its object's size above or below it. A sensor that was placed on a surface
-    /// ([`Sensor::on`]) is on it. Of other surfaces that pass through the sensor, as the walls where
-    /// it lies in a corner, it is put on the front, as far as it stays on its own.
+    /// ([`Sensor::on`]) is on it. Of other surfaces that pass through the sensor, as the walls
+    /// where it lies in a corner, it is put on the front, as far as it stays on its own.
     pub fn settled(&self, sensor: &Sensor) -> Sensor {
         let support = self.support(sensor);
         let up = sensor.normal;

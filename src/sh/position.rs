@@ -5,8 +5,9 @@
 //!
 //! ```text
 //! cos(theta) Q_l^m = [sqrt((l+1)^2 - m^2) Q_{l+1}^m + sqrt(l^2 - m^2) Q_{l-1}^m] / (2l+1)
-//! sin(theta) Q_l^m = [sqrt((l-m)(l-m-1)) Q_{l-1}^{m+1} - sqrt((l+m+1)(l+m+2)) Q_{l+1}^{m+1}] / (2l+1)
-//!                  = [sqrt((l-m+1)(l-m+2)) Q_{l+1}^{m-1} - sqrt((l+m)(l+m-1)) Q_{l-1}^{m-1}] / (2l+1)
+//! sin(theta) Q_l^m
+//!     = [sqrt((l-m)(l-m-1)) Q_{l-1}^{m+1} - sqrt((l+m+1)(l+m+2)) Q_{l+1}^{m+1}] / (2l+1)
+//!     = [sqrt((l-m+1)(l-m+2)) Q_{l+1}^{m-1} - sqrt((l+m)(l+m-1)) Q_{l-1}^{m-1}] / (2l+1)
 //! ```
 //!
 //! each product is a handful of terms a coefficient. Back: since x^2 + y^2 + z^2 = 1 on the unit

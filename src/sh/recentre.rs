@@ -1,7 +1,8 @@
 //! The same surface about another centre: a new series for the distance from there.
 //!
 //! The surface point p = f(omega) omega is seen from the centre c in the direction u = (p - c)/|p -
-//! c|, and an element d omega of the old directions covers d u = f h / |p - c|^3 d omega of the new ones, with h(omega) = f^2 - f c . omega + c . grad_S f. So the moments of the new radius,
+//! c|, and an element d omega of the old directions covers d u = f h / |p - c|^3 d omega of the new
+//! ones, with h(omega) = f^2 - f c . omega + c . grad_S f. So the moments of the new radius,
 //! int |p - c| Y(u) du, are integrals over the old directions: no ray is cast and no equation
 //! solved. The new radius exists where h > 0 everywhere; h is a series of degree 2 lmax, so that a
 //! bound on it decides this.

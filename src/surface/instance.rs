@@ -26,7 +26,8 @@ use crate::math::{Aabb, Placement, Ray};
 /// use harmolux::surface::{Instance, SampleArea, Surface, primitives::Sphere};
 ///
 /// let unit = Arc::new(Sphere::new(DVec3::ZERO, 1.0)?);
-/// let large = Instance::new(unit, Placement::new(DQuat::IDENTITY, 3.0, DVec3::new(5.0, 0.0, 0.0))?);
+/// let three_times = Placement::new(DQuat::IDENTITY, 3.0, DVec3::new(5.0, 0.0, 0.0))?;
+/// let large = Instance::new(unit, three_times);
 /// let hit = large.hit(&Ray::new(DVec3::ZERO, DVec3::X)).expect("straight ahead");
 /// assert!((hit.distance - 2.0).abs() <= 1e-15);
 /// assert!((large.area() - 36.0 * std::f64::consts::PI).abs() <= 1e-12);

@@ -4,7 +4,8 @@
 //! straight line crosses the squares of a board. While it stays above the largest radius of a cell
 //! it cannot meet the body there, and once it is below the smallest it is inside: both without
 //! evaluating the series. With r the angular radius of a cell about its middle c, |f - f(c)| <=
-//! |grad_S f(c)| r + M2 r^2 / 2. Two levels, the coarse one made of blocks of the fine one, let a ray pass far from the body in a few steps.
+//! |grad_S f(c)| r + M2 r^2 / 2. Two levels, the coarse one made of blocks of the fine one, let a
+//! ray pass far from the body in a few steps.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -2,7 +2,8 @@
 //! the very same ones; makes such files.
 //!
 //!     cargo run --release --example ray_file -- data/head.obj 32 rays.f32 --make chords 100000 1
-//!     cargo run --release --example ray_file -- data/head.obj 32 rays.f32 hits.f32 --method patches
+//!     cargo run --release --example ray_file -- \
+//!         data/head.obj 32 rays.f32 hits.f32 --method patches
 //!
 //! Here are the arguments and the report; `rays` reads and writes the files, `kinds` makes rays,
 //! `timing` runs the clock.

@@ -34,7 +34,7 @@ use pose::Pose;
 /// use harmolux::scene::Camera;
 ///
 /// let camera = Camera::perspective(DVec3::ZERO, DVec3::Y, 1.0, [640, 480])?;
-/// let ray = camera.ray(DVec2::new(100.0, 50.0)).expect("every position of a pinhole's film has a ray");
+/// let ray = camera.ray(DVec2::new(100.0, 50.0)).expect("a pinhole's film has rays everywhere");
 /// let seen = camera.project(ray.at(3.0)).expect("it is before the camera");
 /// assert!(seen.film.distance(DVec2::new(100.0, 50.0)) < 1e-9);
 /// # Ok::<(), harmolux::Error>(())

@@ -52,8 +52,9 @@ impl Perspective {
     /// least `distance`.
     ///
     /// A point at distance r moves on the film (at distance 1) from X / z to (X + a) / (z + b),
-    /// |(a, b)| <= E. The difference (a z - X b) / (z (z + b)) is at most E (r / z) / (z - E). In the picture z >= r cos c, c the angle between the view and the corners, so
-    /// that this is at most E / (cos c (d cos c - E)).
+    /// |(a, b)| <= E. The difference (a z - X b) / (z (z + b)) is at most E (r / z) / (z - E). In
+    /// the picture z >= r cos c, c the angle between the view and the corners, so that this is at
+    /// most E / (cos c (d cos c - E)).
     pub(super) fn movement(self, distance: f64, error: f64, size: DVec2) -> f64 {
         let cosine = self.corner_cosine(size);
         let depth = distance * cosine - error;

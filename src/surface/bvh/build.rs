@@ -6,7 +6,8 @@
 //! bottom-up: with C(n, i) the least cost of the boxes below binary node n as at most i wide
 //! children (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through
 //! Compressed Wide BVHs", 2017),
-//!     C(n, 1) = min(cost of n as a leaf, area(n) NODE + min over k of C(left, k) + C(right, 8 - k)),
+//!     C(n, 1) = min(cost of n as a leaf,
+//!                   area(n) NODE + min over k of C(left, k) + C(right, 8 - k)),
 //!     C(n, i) = min(C(n, i - 1), min over k of C(left, k) + C(right, i - k)).
 
 use obvhs::BvhBuildParams;

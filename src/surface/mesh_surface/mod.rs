@@ -4,7 +4,8 @@
 //! Error of a hit. The point is a + v (b - a) + w (c - a) with v + w <= 1 + 3u, u = 2^-53.
 //! Differences, products and two sums give at most (1+u)^4 - 1 on every term (pbrt, section 6.8:
 //! gamma_4), the excess over 1 moves the point by at most 3u of an edge: with gamma_7 of |a| + |b -
-//! a| + |c - a| the bound holds, its own rounding included. It is a distance from the triangle, not only from its plane, and neither the length of the ray nor the angle it comes at enters.
+//! a| + |c - a| the bound holds, its own rounding included. It is a distance from the triangle, not
+//! only from its plane, and neither the length of the ray nor the angle it comes at enters.
 
 mod block;
 mod spread;

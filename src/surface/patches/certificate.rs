@@ -6,8 +6,10 @@
 //! Approximation Theory and Approximation Practice, theorem 8.2). Here g is the height Z = f/s
 //! along u with v fixed, continued to complex u. A harmonic of degree l continues as the solid
 //! harmonic S_l(X) / (X.X)^(l/2), X = (u, v, 1); by the addition theorem |S_l(X)|^2 <= sigma_l^2
-//! |X.X|^l P_l(c) with c = |X|^2 / |X.X|, and P_l(c) <= (c + sqrt(c^2 - 1))^l. For u = a + ib and A = 1 + a^2 + v^2
-//!     c <= (A + b^2) / (A - b^2),   so   |f_l| <= sigma_l exp(l atanh(b / sqrt A)),   |1/s| <= (A - b^2)^(-1/2):
+//! |X.X|^l P_l(c) with c = |X|^2 / |X.X|, and P_l(c) <= (c + sqrt(c^2 - 1))^l. For u = a + ib and
+//! A = 1 + a^2 + v^2
+//!     c <= (A + b^2) / (A - b^2),   so
+//!     |f_l| <= sigma_l exp(l atanh(b / sqrt A)),   |1/s| <= (A - b^2)^(-1/2):
 //! a harmonic grows with the imaginary part of the angle, as it must. Interpolating along u and
 //! then along v errs by at most e_u + Lambda e_v.
 

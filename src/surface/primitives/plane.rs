@@ -82,7 +82,8 @@ pub(super) fn crossing(ray: &Ray, point: DVec3, normal: DVec3) -> Option<f64> {
 ///
 /// Error: with s = n.v and q = v - s n, rounding the product leaves 3u|v|, |n|^2 = 1 +- 4u and the
 /// rounding of s n leave 5u|s|, the difference u|q|, the last sum u|p|; a disc's rim test adds
-/// 2u|q|. As |s|, |q| <= |v| that is below 12u|v| + 2u|p|. Side test of a departed ray: n.(centre - origin) is good to 4u|v|, a fraction of the 2.5 bounds that remain.
+/// 2u|q|. As |s|, |q| <= |v| that is below 12u|v| + 2u|p|. Side test of a departed ray: n.(centre -
+/// origin) is good to 4u|v|, a fraction of the 2.5 bounds that remain.
 pub(super) fn place(centre: DVec3, normal: DVec3, offset: DVec3, distance: f64) -> Hit {
     let point = centre + (offset - normal.dot(offset) * normal);
     let error = f64::EPSILON * (6.0 * offset.length() + point.length());

@@ -13,7 +13,8 @@
 //! 24     centre x, y, z, metres, f64 little endian  (flag 4)
 //! 8      fingerprint of the source, little endian   (flag 1)
 //! 1..    length of the name of the source, and the name in UTF-8 (flag 1)
-//! 2      the law of expected magnitudes: mirrors | tail << 3 | decay << 5, level (`compact/model.rs`)
+//! 2      the law of expected magnitudes (`compact/model.rs`):
+//!        mirrors | tail << 3 | decay << 5, level
 //! 2      the step: the upper 16 bits of an f32, little endian, metres
 //! 1..    A_00 in steps, as 2q or, below 0, -2q - 1
 //! ..     the other numbers (`compact/stream.rs`), and zeros up to one byte for 64 coefficients

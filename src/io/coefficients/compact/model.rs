@@ -8,7 +8,8 @@
 //! function is algebraic (Abramowitz and Stegun 26.7.4),
 //!
 //! ```text
-//! F(t) = 1/2 + s/2 (1 + c/2 (1 + 3c/4 (1 + 5c/6 (...)))),   s = t / sqrt(t^2 + nu),   c = nu / (t^2 + nu).
+//! F(t) = 1/2 + s/2 (1 + c/2 (1 + 3c/4 (1 + 5c/6 (...)))),
+//! s = t / sqrt(t^2 + nu),   c = nu / (t^2 + nu).
 //! ```
 //!
 //! So only + - * / and sqrt take part, which IEEE 754 rounds alike on every machine, and no exp or
