@@ -8,6 +8,7 @@ use harmolux::Result;
 use harmolux::fit::SelfIntersections;
 use harmolux::fit::star::{Fold, Folds, StarReport};
 use harmolux::fit::{Check as Findings, CheckSettings, FAULTLESS_COLOUR, FaceFault, StarCheck};
+use harmolux::io::input::Input;
 use harmolux::io::meshes::{self, MeshColours, MeshFormat};
 use harmolux::io::output::Output;
 use harmolux::mesh::{Mesh, RepairReport};
@@ -16,7 +17,7 @@ use serde_json::{Value, json};
 use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
-use crate::common::inputs::read_and_repair;
+use crate::common::inputs::{MeshRead, read_mesh};
 use crate::common::say;
 use crate::common::values::point;
 
@@ -68,7 +69,7 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
     let repaired =
         verb.output.as_ref().map(|p| open(p, MeshFormat::for_writing(p)?)).transpose()?;
     let bad = verb.bad.as_ref().map(|p| open(p, MeshFormat::Ply)).transpose()?;
-    let (mesh, repair) = read_and_repair(&verb.mesh, &verb.habits)?;
+    let MeshRead { mesh, repair, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
     let settings = CheckSettings { centre: verb.centre, crossings: !verb.skip_crossings };
     let found = Findings::of(&mesh, &settings).map_err(|e| about(&verb.mesh, e))?;
     if let Some((output, format)) = repaired {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use harmolux::fit::Shape;
 use harmolux::io::coefficients;
+use harmolux::io::input::Input;
 use harmolux::io::spectra;
 use harmolux::sh::{
     Coefficients, GaussianSphere, RandomShape, Spectrum, gaussian, least, power_law, range,
@@ -146,11 +147,12 @@ fn whole(name: &str, value: f64) -> Result<usize> {
 
 /// Reads a spectrum: of a coefficient file, or a table.
 fn read_spectrum(path: &Path) -> Result<Vec<f64>> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
-        return spectra::parse(path, &bytes);
+    let mut input = Input::open(path)?;
+    let is_table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    if is_table || spectra::recognise(input.ahead()?) {
+        return spectra::parse(path, &input.rest()?);
     }
-    let shape = coefficients::read_as_stated(path)?;
+    let shape = coefficients::read_as_stated(input)?.0;
     Ok(Spectrum::of(&shape.coefficients).degrees().iter().map(|d| d.power).collect())
 }
 

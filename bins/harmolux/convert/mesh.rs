@@ -1,6 +1,6 @@
 //! `harmolux convert` from mesh to mesh.
 
-use harmolux::io::coefficients;
+use harmolux::io::input::Input;
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::io::output::Output;
 use harmolux::math::Unit;
@@ -24,15 +24,14 @@ fn convert(verb: &Convert, as_json: bool) -> Result<Code> {
     check_options(verb)?;
     let format = MeshFormat::for_writing(&verb.output)?;
     let output = Output::open(&verb.output, &format.kind(), verb.force)?;
-    let bytes = coefficients::load(&verb.input)?;
-    if series_format(&verb.input, &bytes, &verb.reading.options()).is_some() {
+    let mut input = Input::open(&verb.input)?;
+    if series_format(&mut input, &verb.reading.options())?.is_some() {
         return Err(Error::Parameter(format!(
             "{}: these are coefficients: `harmolux mesh` makes a mesh of them",
             verb.input.display()
         )));
     }
-    drop(bytes);
-    let mesh = meshes::read(&verb.input)?;
+    let mesh = meshes::read_input(input)?.0;
     let mesh = mesh.scaled(verb.reading.unit.map_or(1.0, Unit::metres))?;
     let bytes = meshes::encode(&mesh, format)?;
     output.write(&bytes)?;

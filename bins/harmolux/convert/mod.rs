@@ -9,6 +9,7 @@ use harmolux::error::InputError;
 use harmolux::fit::Shape;
 use harmolux::io::coefficients;
 use harmolux::io::coefficients::{ReadOptions, SeriesFormat, Tolerance, WriteOptions};
+use harmolux::io::input::Input;
 use harmolux::io::output::Output;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 use harmolux::{Error, Result};
@@ -122,15 +123,15 @@ struct Read {
 
 fn read(verb: &Convert) -> Result<Read> {
     let options = verb.reading.options();
-    let bytes = coefficients::load(&verb.input)?;
-    let format = series_format(&verb.input, &bytes, &options).ok_or_else(|| {
+    let mut input = Input::open(&verb.input)?;
+    let format = series_format(&mut input, &options)?.ok_or_else(|| {
         let help = "`harmolux fit` makes coefficients of a mesh; `--from` says the format of a \
                     coefficient file";
         let message = "unrecognised coefficient file";
         Error::from(InputError::new(&verb.input, message).help(help))
     })?;
     let options = ReadOptions { format: Some(format), ..options };
-    let shape = coefficients::parse(&verb.input, &bytes, &options)?;
+    let shape = coefficients::read_input(input, &options)?.0;
     Ok(Read { format, shape })
 }
 

@@ -8,6 +8,7 @@ use clap::Args;
 use glam::DVec3;
 use harmolux::error::InputError;
 use harmolux::io::images::{Attribute, Exr};
+use harmolux::io::input::Input;
 use harmolux::io::output::Output;
 use harmolux::io::sensor_table::{self, MeasuredGroup};
 use harmolux::plots::{ColourScale, FalseColour, Isolux, Palette, Scale, ScaleOptions, Tally};
@@ -148,16 +149,12 @@ enum Drawing {
 impl Shown {
     fn read(verb: &Falsecolor) -> Result<Self> {
         let path = &verb.input;
-        if path.is_dir() {
-            let help = "name a file in it";
-            return Err(InputError::new(path, "this is a folder").help(help).into());
-        }
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+        let bytes = Input::open(path)?.rest()?;
         if bytes.starts_with(EXR) {
             return Self::picture(verb, &Exr::from_bytes(path, &bytes)?);
         }
         let is_table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-        if !is_table {
+        if !is_table && !sensor_table::recognise(&bytes) {
             let message = "this is neither an EXR picture nor a CSV table";
             let help =
                 "give what `harmolux render -o view.exr` or `harmolux illum -o lux.csv` wrote";

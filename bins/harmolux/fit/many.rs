@@ -95,7 +95,8 @@ fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, ShapeFile)>> {
 
 fn fit_one(verb: &Fit, mesh: &Path, output: ShapeFile) -> Row {
     let started = Instant::now();
-    let fitted = fit_file(verb, mesh).and_then(|f| write(verb, &f, mesh, output).map(|()| f));
+    let fitted = fit_file(verb, mesh)
+        .and_then(|(fitted, source)| write(verb, &fitted, source, output).map(|()| fitted));
     Row { name: mesh.display().to_string(), fitted, seconds: started.elapsed().as_secs_f64() }
 }
 

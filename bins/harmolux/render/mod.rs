@@ -122,7 +122,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     detail::tell(&loaded.details);
     let settings = settings(&file.render, &loaded.scene, &verb.common);
     interrupt::listen();
-    let (film, mut kept) = place.take(&file, &camera, &settings)?;
+    let (film, mut kept) = place.take(&file, &camera, &settings, &loaded)?;
     let meter = Meter::start("rendering", ERROR);
     let write = |image: Image, output: &Output, rendering: &Rendering| {
         image.write(output, rendering, &loaded.scene, &camera, &file, &settings)
