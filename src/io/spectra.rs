@@ -119,14 +119,8 @@ mod tests {
 
     #[test]
     fn table_is_told_by_its_header() {
-        assert!(recognise(b"Power, degree
-") && recognise(b"shape,degree,power_m2
-head,0,4
-"));
-        assert!(!recognise(b"") && !recognise(b"0, 0, 1
-1, 0, 1
-") && !recognise(b"degree
-"));
+        assert!(recognise(b"Power, degree\n") && recognise(b"shape,degree,power_m2\nhead,0,4\n"));
+        assert!(!recognise(b"") && !recognise(b"0, 0, 1\n1, 0, 1\n") && !recognise(b"degree\n"));
     }
 
     #[test]

@@ -186,17 +186,8 @@ pub(super) fn number<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// Shows a word in a message: as text, and not much of it.
-pub(super) fn shown(word: &[u8]) -> String {
-    const LONGEST: usize = 40;
-    let text = String::from_utf8_lossy(&word[..word.len().min(4 * LONGEST)]);
-    let mut short: String =
-        text.chars().take(LONGEST).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
-    if text.chars().count() > LONGEST {
-        short.push_str("...");
-    }
-    short
-}
+/// Shows a word in a message.
+pub(super) use crate::error::shown_bytes as shown;
 
 /// Says that a vertex (from 0) is not where numbers are.
 pub(super) fn not_finite(vertex: usize, position: DVec3) -> (String, &'static str) {
