@@ -180,10 +180,11 @@ impl InputError {
                 write!(f, ":{column}")?;
             }
         }
-        write!(f, ": {}", presented(&self.message))?;
-        match self.advice.as_deref().map(words).as_ref().or(self.help.as_ref()) {
-            Some(help) => write!(f, "{HELP}{}", presented(help)),
-            None => Ok(()),
+        write!(f, ": {}", sentence(&self.message))?;
+        match (&self.advice, &self.help) {
+            (Some(advice), _) => write!(f, "{HELP}{}", presented(&words(advice))),
+            (None, Some(help)) => write!(f, "{HELP}{}", sentence(help)),
+            (None, None) => Ok(()),
         }
     }
 
@@ -222,6 +223,9 @@ impl InputError {
 /// The most characters that are shown of what is quoted.
 const MOST_SHOWN: usize = 200;
 
+/// The most characters between two quotes.
+const MOST_OF_WORDS: usize = 1000;
+
 /// The most characters that are shown of a path, which takes no more on any system.
 const MOST_OF_PATH: usize = 4096;
 
@@ -240,7 +244,7 @@ pub fn shown(text: &str) -> String {
 }
 
 /// Shows bytes from outside as [`shown`] does, those that are no text as U+FFFD.
-pub(crate) fn shown_bytes(bytes: &[u8]) -> String {
+pub fn shown_bytes(bytes: &[u8]) -> String {
     // As many as the characters that are shown, and one more, can take.
     shown(&String::from_utf8_lossy(&bytes[..bytes.len().min(4 * (MOST_SHOWN + 1))]))
 }
@@ -250,17 +254,22 @@ pub fn shown_path(path: &Path) -> String {
     escaped(&path.to_string_lossy(), MOST_OF_PATH)
 }
 
-/// Shows a sentence in which things from outside are quoted, `` `so` ``: each of them as [`shown`]
-/// does. Help that follows stays on a line of its own.
+/// Shows a sentence on one line, without what a terminal would obey. Help that follows it stays on
+/// a line of its own.
 pub fn presented(text: &str) -> String {
-    let parts: Vec<String> = text.split(HELP).map(one_line).collect();
+    let parts: Vec<String> = text.split(HELP).map(|part| escaped(part, usize::MAX)).collect();
     parts.join(HELP)
 }
 
-fn one_line(text: &str) -> String {
-    // What is quoted are the odd parts; between them stand our own words.
+/// Shows a sentence as [`presented`] does, and what is quoted in it, `` `so` ``, as [`shown`] does.
+pub fn abridged(text: &str) -> String {
+    text.split(HELP).map(sentence).collect::<Vec<_>>().join(HELP)
+}
+
+fn sentence(text: &str) -> String {
+    // What is quoted are the odd parts; between them stand our own words, and lists.
     let part = |(i, part): (usize, &str)| {
-        escaped(part, if i % 2 == 1 { MOST_SHOWN } else { MOST_OF_PATH })
+        escaped(part, if i % 2 == 1 { MOST_SHOWN } else { MOST_OF_WORDS })
     };
     text.split('`').enumerate().map(part).collect::<Vec<_>>().join("`")
 }
@@ -368,9 +377,10 @@ mod tests {
     fn what_is_quoted_is_escaped_and_short() {
         assert_eq!(shown(""), "");
         assert_eq!(shown("Kopf \u{1f600} t\u{ea}te"), "Kopf \u{1f600} t\u{ea}te");
-        assert_eq!(shown("a\r\n\t\x1b]0;x\x07\u{9b}\u{202e}b\x7f"), concat!(
+        assert_eq!(
+            shown("a\r\n\t\x1b]0;x\x07\u{9b}\u{202e}b\x7f"),
             r"a\r\n\t\u{1b}]0;x\u{7}\u{9b}\u{202e}b\u{7f}"
-        ));
+        );
         for (length, end) in [(199, "xx"), (200, "xx"), (201, "x..."), (10_000_000, "x...")] {
             let text = shown(&"x".repeat(length));
             assert!(text.chars().count() == length.min(200) && text.ends_with(end), "{text}");
@@ -386,7 +396,8 @@ mod tests {
     fn errors_never_steer_a_terminal() {
         let evil = format!("\x1b[2J\n{}", "y".repeat(300));
         let path = Path::new("a\x1bb.obj");
-        let input = InputError::new(path, format!("no `{evil}` here")).help(format!("not `{evil}`"));
+        let input =
+            InputError::new(path, format!("no `{evil}` here")).help(format!("not `{evil}`"));
         let geometry = Error::Geometry(format!("{evil}\n  help: write `z`"));
         assert!(geometry.to_string().ends_with("y\n  help: write `z`"), "{geometry}");
         let read = Error::io(path, "read", std::io::Error::other("no"));

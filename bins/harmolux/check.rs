@@ -18,8 +18,8 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
 use crate::common::inputs::{MeshRead, read_mesh};
-use crate::common::say;
 use crate::common::values::point;
+use crate::common::{paths, say};
 
 /// Say whether a mesh can be fitted: closed, manifold, oriented, star-shaped; if not, where and why
 ///
@@ -79,7 +79,7 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
         output.write(&coloured(&mesh, &found)?)?;
     }
     if as_json {
-        say::data(&value(&found, repair.as_ref(), verb).to_string());
+        say::json(&value(&found, repair.as_ref(), verb));
     } else {
         say::pairs(&lines(&found, verb));
     }
@@ -238,7 +238,7 @@ fn place(p: DVec3) -> String {
 
 fn value(found: &Findings, repair: Option<&RepairReport>, verb: &Check) -> Value {
     let report = &found.report;
-    json!({
+    let mut value = json!({
         "sound": found.is_sound(),
         "vertices": report.vertices,
         "faces": report.faces,
@@ -269,8 +269,10 @@ fn value(found: &Findings, repair: Option<&RepairReport>, verb: &Check) -> Value
         "star": found.star.as_ref().map(star_value),
         "deficiencies": report.deficiencies(),
         "repair": repair.map(repair_value),
-        "written": verb.output.iter().chain(&verb.bad).collect::<Vec<_>>(),
-    })
+    });
+    let written = verb.output.iter().chain(&verb.bad);
+    paths::put_all(&mut value, "written", written.map(PathBuf::as_path));
+    value
 }
 
 fn star_value(star: &StarCheck) -> Value {

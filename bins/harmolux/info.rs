@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::DVec3;
 use harmolux::Result;
+use harmolux::error::shown;
 use harmolux::fit::Shape;
 use harmolux::fit::star;
 use harmolux::fit::{mesh_bytes, series_bytes};
@@ -44,7 +45,7 @@ pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
         None => mesh(input)?,
     };
     if as_json {
-        say::data(&value.to_string());
+        say::json(&value);
     } else {
         say::pairs(&lines);
     }
@@ -60,7 +61,11 @@ struct SeriesFile {
     shape: Shape,
 }
 
-fn series_file(mut input: Input, format: SeriesFormat, options: &ReadOptions) -> Result<SeriesFile> {
+fn series_file(
+    mut input: Input,
+    format: SeriesFormat,
+    options: &ReadOptions,
+) -> Result<SeriesFile> {
     let (path, bytes) = (input.path(), input.rest()?);
     let options = ReadOptions { format: Some(format), ..*options };
     let shape = coefficients::parse(path, &bytes, &options)?;
@@ -103,7 +108,7 @@ fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
     if let Err(error) = lowest.require_positive(most) {
         lines.push(("deficiency", format!("no closed surface: {error}")));
     }
-    lines.extend(source.clone().map(|name| ("source", name)));
+    lines.extend(source.as_deref().map(|name| ("source", shown(name))));
     lines.extend(shape.truncated_from.map(|l| ("cut from", format!("degree {l}"))));
     let value = json!({
         "kind": "coefficients",

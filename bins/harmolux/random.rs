@@ -14,9 +14,9 @@ use harmolux::{Error, Result};
 use serde_json::json;
 
 use crate::common::exit::Code;
-use crate::common::say;
 use crate::common::shape_file::{self, ShapeFile};
 use crate::common::values::{Settings, settings};
+use crate::common::{paths, say};
 
 /// Draw random shapes: Gaussian random spheres, or Gaussian radii of a given spectrum
 ///
@@ -231,8 +231,9 @@ fn finish(
                 "truncation_rms": r.rms,
             })
         });
-        let value = json!({ "shapes": list.collect::<Vec<_>>(), "written": verb.output });
-        say::data(&value.to_string());
+        let mut value = json!({ "shapes": list.collect::<Vec<_>>() });
+        paths::put(&mut value, "written", &verb.output);
+        say::json(&value);
     } else {
         report(&rows);
         say::note(&format!("written to {}", verb.output.display()));

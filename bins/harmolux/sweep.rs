@@ -93,7 +93,7 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
         file.write(&shape)?;
     }
     if as_json {
-        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
+        say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
         report(&rows);
         say::note(&format!("written to {}", verb.output.display()));

@@ -244,7 +244,9 @@ mod tests {
     fn what_is_no_file_is_named() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path();
-        assert!(error_of(Input::open(path)).contains(": this is a folder, not a file\n  help: name"));
+        assert!(
+            error_of(Input::open(path)).contains(": this is a folder, not a file\n  help: name")
+        );
         let missing = error_of(Input::open(&path.join("missing")).map(|_| unreachable!()));
         assert!(missing.contains("missing: cannot read: "), "{missing}");
         #[cfg(unix)]

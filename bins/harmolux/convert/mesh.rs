@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::common::exit::Code;
 use crate::common::inputs::series_format;
-use crate::common::say;
+use crate::common::{paths, say};
 use crate::convert::Convert;
 
 /// Runs the verb when the output is a mesh; `None` when it is not.
@@ -37,17 +37,15 @@ fn convert(verb: &Convert, as_json: bool) -> Result<Code> {
     output.write(&bytes)?;
     let [vertices, faces] = [mesh.positions().len(), mesh.triangles().len()];
     if as_json {
-        say::data(
-            &json!({
-                "read": verb.input,
-                "written": verb.output,
-                "to": format.name(),
-                "vertices": vertices,
-                "faces": faces,
-                "bytes": bytes.len(),
-            })
-            .to_string(),
-        );
+        let mut value = json!({
+            "to": format.name(),
+            "vertices": vertices,
+            "faces": faces,
+            "bytes": bytes.len(),
+        });
+        paths::put(&mut value, "read", &verb.input);
+        paths::put(&mut value, "written", &verb.output);
+        say::json(&value);
     } else {
         say::pairs(&[
             ("read", verb.input.display().to_string()),

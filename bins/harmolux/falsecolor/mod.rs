@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
-use harmolux::error::InputError;
+use harmolux::error::{InputError, shown};
 use harmolux::io::images::{Attribute, Exr};
 use harmolux::io::input::Input;
 use harmolux::io::output::Output;
@@ -19,7 +19,7 @@ use self::grids::choose;
 use crate::common::exit::Code;
 use crate::common::flags::choices;
 use crate::common::plot::{PlotFormat, unknown_output};
-use crate::common::say;
+use crate::common::{paths, say};
 
 /// The share of the pixels that a scale reaches by itself: the brightest, lamps and their glints,
 /// would leave the rest dark.
@@ -123,7 +123,7 @@ pub(crate) fn run(verb: &Falsecolor, as_json: bool) -> Result<Code> {
         say::warning(&format!("{count} {verb} not finite; shown magenta"));
     }
     if as_json {
-        say::data(&shown.json(&tally, &verb.output).to_string());
+        say::json(&shown.json(&tally, &verb.output));
     } else {
         shown.report(&tally, &verb.output);
     }
@@ -208,7 +208,7 @@ impl Shown {
         let behind =
             if hidden == 0 { String::new() } else { format!(", {hidden} behind an object") };
         let [columns, rows] = lattice.size;
-        let subject = ("grid", format!("{}, {columns} x {rows}{behind}", group.name));
+        let subject = ("grid", format!("{}, {columns} x {rows}{behind}", shown(&group.name)));
         let title = match column {
             ILLUMINANCE => group.name,
             other => format!("{}: {other}", group.name),
@@ -300,7 +300,7 @@ impl Shown {
         };
         let [low, high] = self.scale.range();
         let [below, above] = self.scale.outside(&self.values);
-        json!({
+        let mut value = json!({
             "unit": self.unit,
             "low": low,
             "high": high,
@@ -314,8 +314,9 @@ impl Shown {
             "nothing": self.nothing(),
             "below": below,
             "above": above,
-            "written": outputs,
-        })
+        });
+        paths::put_all(&mut value, "written", outputs.iter().map(PathBuf::as_path));
+        value
     }
 }
 

@@ -43,7 +43,8 @@ pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
 /// order 0.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let convention = agreed(path, "the file says", None, options.convention)?;
-    let lmax = degree(bytes, bytes.len() as u64).map_err(|message| InputError::new(path, message))?;
+    let lmax =
+        degree(bytes, bytes.len() as u64).map_err(|message| InputError::new(path, message))?;
     let triangle = (lmax + 1) * (lmax + 2) / 2;
     let value = |l: usize, m: usize| {
         let at = 2 + l * (l + 1) / 2 + m;

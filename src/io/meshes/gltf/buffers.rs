@@ -10,9 +10,9 @@ use glam::DVec3;
 
 use super::document::{Accessor, Document};
 use super::{broken, item};
+use crate::Result;
 use crate::io::bytes::field;
 use crate::io::meshes::source::Source;
-use crate::Result;
 
 /// Holds the bytes of all buffers, each file once.
 pub(super) struct Buffers<'a> {
