@@ -208,10 +208,11 @@ impl Shown {
         let behind =
             if hidden == 0 { String::new() } else { format!(", {hidden} behind an object") };
         let [columns, rows] = lattice.size;
-        let subject = ("grid", format!("{}, {columns} x {rows}{behind}", shown(&group.name)));
+        let name = shown(&group.name);
+        let subject = ("grid", format!("{name}, {columns} x {rows}{behind}"));
         let title = match column {
-            ILLUMINANCE => group.name,
-            other => format!("{}: {other}", group.name),
+            ILLUMINANCE => name,
+            other => format!("{name}: {other}"),
         };
         let grid = Isolux {
             title,
@@ -354,5 +355,5 @@ fn coordinate(x: f64) -> String {
 
 /// Writes a unit as it is printed: cd/m\u{b2}.
 fn written(unit: &str) -> String {
-    unit.replace("m2", "m\u{b2}")
+    shown(unit).replace("m2", "m\u{b2}")
 }
