@@ -237,7 +237,7 @@ const HELP: &str = "\n  help: ";
 ///
 /// ```
 /// assert_eq!(harmolux::error::shown("head\n\x1b[2J"), r"head\n\u{1b}[2J");
-/// assert!(harmolux::error::shown(&"long ".repeat(100)).ends_with("lon..."));
+/// assert!(harmolux::error::shown(&"long ".repeat(100)).ends_with("lo..."));
 /// ```
 pub fn shown(text: &str) -> String {
     escaped(text, MOST_SHOWN)
@@ -275,25 +275,39 @@ fn sentence(text: &str) -> String {
 }
 
 /// Escapes what is obeyed, not shown: control characters, and those that turn the direction of what
-/// follows. Of more than `most` characters the first are left.
+/// follows. Of a text that takes more than `most` characters the beginning is left.
 fn escaped(text: &str, most: usize) -> String {
-    let mut shown = String::with_capacity(text.len().min(most));
-    for (i, c) in text.chars().enumerate() {
-        if i == most {
-            let kept = shown.char_indices().rev().nth(2).map_or(0, |(at, _)| at);
+    let mut shown = String::new();
+    // How much of it leaves room for the dots.
+    let (mut count, mut kept) = (0, 0);
+    for c in text.chars() {
+        count += push(c, &mut shown);
+        if count > most {
             shown.truncate(kept);
             shown.push_str("...");
             break;
         }
-        match c {
-            '\n' => shown.push_str("\\n"),
-            '\r' => shown.push_str("\\r"),
-            '\t' => shown.push_str("\\t"),
-            _ if is_obeyed(c) => shown.extend(c.escape_unicode()),
-            _ => shown.push(c),
+        if count + 3 <= most {
+            kept = shown.len();
         }
     }
     shown
+}
+
+/// Adds a character, escaped where it is obeyed, and gives how many it takes.
+fn push(c: char, shown: &mut String) -> usize {
+    let before = shown.len();
+    match c {
+        '\n' => shown.push_str("\\n"),
+        '\r' => shown.push_str("\\r"),
+        '\t' => shown.push_str("\\t"),
+        _ if is_obeyed(c) => shown.extend(c.escape_unicode()),
+        _ => {
+            shown.push(c);
+            return 1;
+        }
+    }
+    shown.len() - before
 }
 
 fn is_obeyed(c: char) -> bool {
@@ -302,15 +316,15 @@ fn is_obeyed(c: char) -> bool {
     c.is_control() || embeds || turns.contains(&c)
 }
 
-/// Escapes what is obeyed in a text of several lines, whose ends and tabs stay.
+/// Shows a text of several lines without what a terminal would obey but their ends and tabs.
 pub fn shown_lines(text: &str) -> String {
-    let is_layout = |c: char| c == '\n' || c == '\t';
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        if is_obeyed(c) && !is_layout(c) {
-            shown.extend(c.escape_unicode());
-        } else {
-            shown.push(c);
+        match c {
+            '\n' | '\t' => shown.push(c),
+            _ => {
+                push(c, &mut shown);
+            }
         }
     }
     shown
@@ -386,10 +400,12 @@ mod tests {
             assert!(text.chars().count() == length.min(200) && text.ends_with(end), "{text}");
             assert_eq!(shown(&text), text);
             assert_eq!(shown_bytes("x".repeat(length).as_bytes()), text);
+            let bells = shown(&"\x07".repeat(length));
+            assert!(bells.ends_with(r"\u{7}...") && bells.len() <= 200, "{bells}");
         }
         assert_eq!(shown_bytes(&"\u{1f600}".repeat(300).into_bytes()).chars().count(), 200);
         assert_eq!(shown_bytes(b"\xffa"), "\u{fffd}a");
-        assert_eq!(shown_lines("a\tb\n\x1bc\r\n"), "a\tb\n\\u{1b}c\\u{d}\n");
+        assert_eq!(shown_lines("a\tb\n\x1bc\r\n"), "a\tb\n\\u{1b}c\\r\n");
     }
 
     #[test]

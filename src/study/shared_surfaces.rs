@@ -262,6 +262,27 @@ mod tests {
     }
 
     #[test]
+    fn file_that_changes_between_two_readings_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("cube.off");
+        std::fs::write(&path, CUBE).expect("written");
+        let mut shared = SharedSurfaces::default();
+        let first = shared.mesh(&path, false).expect("a mesh");
+        shared.sh(&path, 2, None).expect("the same file");
+        std::fs::write(&path, format!("{CUBE}# other")).expect("written");
+        for message in [
+            shared.mesh(&path, true).err().expect("refused").to_string(),
+            shared.sh(&path, 3, None).err().expect("refused").to_string(),
+        ] {
+            assert!(message.contains("changed while the scene was loaded"), "{message}");
+        }
+        let again = shared.mesh(&path, false).expect("known");
+        assert!(Arc::ptr_eq(&first.surface, &again.surface));
+        let read = shared.read(&path).expect("was read").file.to_string();
+        assert!(read.starts_with(&format!("{} bytes, fnv1a64:", CUBE.len())), "{read}");
+    }
+
+    #[test]
     fn what_cannot_be_read_stays_an_error_however_often_it_is_asked_for() {
         let mut shared = SharedSurfaces::default();
         for _ in 0..2 {

@@ -87,6 +87,7 @@ impl Fingerprint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::input::Input;
 
     const ROOM: &str = "format = 1
 [materials.grey.lambert]
@@ -155,6 +156,26 @@ camera = \"main\"
             let said = of(ROOM, &[]).difference(&of(ROOM, &[(key, value)]));
             assert_eq!(said.as_deref(), Some(says));
         }
+    }
+
+    #[test]
+    fn files_are_told_by_object_and_place() {
+        let of = |file: &[u8], beside: &[u8]| {
+            let read = |path: &str, bytes: &[u8]| {
+                Input::of_bytes(Path::new(path), bytes).finish().expect("in memory").file
+            };
+            let beside = vec![read("shapes/parts/m.bin", beside)];
+            let read = FilesRead { file: read("shapes/m.gltf", file), beside };
+            Fingerprint::new().with_files(&BTreeMap::from([("head".to_owned(), read)]))
+        };
+        let first = of(b"{}", b"");
+        assert_eq!(first.difference(&of(b"{}", b"")), None);
+        let said = first.difference(&of(b"{ }", b"")).expect("differs");
+        assert!(said.starts_with("the file of objects.head was `2 bytes, fnv1a64:"), "{said}");
+        let said = first.difference(&of(b"{}", b"foobar")).expect("differs");
+        let expected = "the file `parts/m.bin` of objects.head was `0 bytes, \
+                        fnv1a64:cbf29ce484222325`, is `6 bytes, fnv1a64:85944171f73967e8`";
+        assert_eq!(said, expected);
     }
 
     #[test]
