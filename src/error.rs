@@ -15,16 +15,16 @@ pub enum Error {
     #[error(transparent)]
     Input(Box<InputError>),
     /// A shape lacks a property the operation needs (closed, star-shaped, not degenerate).
-    #[error("{0}")]
+    #[error("{}", presented(.0))]
     Geometry(String),
     /// A number or name given by the caller is outside its valid range.
-    #[error("{0}")]
+    #[error("{}", presented(.0))]
     Parameter(String),
     /// A computation did not reach what it promises.
-    #[error("{0}")]
+    #[error("{}", presented(.0))]
     Numeric(String),
     /// The operating system refused to read or write.
-    #[error("{}: cannot {action}: {source}", path.display())]
+    #[error("{}: cannot {action}: {source}", shown_path(path))]
     Io {
         /// The file or folder concerned.
         path: PathBuf,
@@ -173,17 +173,18 @@ impl std::error::Error for InputError {}
 
 impl InputError {
     fn write(&self, f: &mut dyn fmt::Write, words: &dyn Fn(&Advice) -> String) -> fmt::Result {
-        write!(f, "{}", self.path.display())?;
+        write!(f, "{}", shown_path(&self.path))?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
             if let Some(column) = self.column {
                 write!(f, ":{column}")?;
             }
         }
-        write!(f, ": {}", self.message)?;
-        match self.advice.as_deref().map(words).as_ref().or(self.help.as_ref()) {
-            Some(help) => write!(f, "\n  help: {help}"),
-            None => Ok(()),
+        write!(f, ": {}", sentence(&self.message))?;
+        match (&self.advice, &self.help) {
+            (Some(advice), _) => write!(f, "{HELP}{}", presented(&words(advice))),
+            (None, Some(help)) => write!(f, "{HELP}{}", sentence(help)),
+            (None, None) => Ok(()),
         }
     }
 
@@ -217,6 +218,116 @@ impl InputError {
         self.advice = Some(Box::new(advice));
         self
     }
+}
+
+/// The most characters that are shown of what is quoted.
+const MOST_SHOWN: usize = 200;
+
+/// The most characters between two quotes.
+const MOST_OF_WORDS: usize = 1000;
+
+/// The most characters that are shown of a path, which takes no more on any system.
+const MOST_OF_PATH: usize = 4096;
+
+/// What stands between what went wrong and how to go on.
+const HELP: &str = "\n  help: ";
+
+/// Shows a word or name from outside, as that of an object: on one line, without what a terminal
+/// would obey, at most 200 characters.
+///
+/// ```
+/// assert_eq!(harmolux::error::shown("head\n\x1b[2J"), r"head\n\u{1b}[2J");
+/// assert!(harmolux::error::shown(&"long ".repeat(100)).ends_with("lo..."));
+/// ```
+pub fn shown(text: &str) -> String {
+    escaped(text, MOST_SHOWN)
+}
+
+/// Shows bytes from outside as [`shown`] does, those that are no text as U+FFFD.
+pub fn shown_bytes(bytes: &[u8]) -> String {
+    // As many as the characters that are shown, and one more, can take.
+    shown(&String::from_utf8_lossy(&bytes[..bytes.len().min(4 * (MOST_SHOWN + 1))]))
+}
+
+/// Shows a path as [`shown`] does, but whole.
+pub fn shown_path(path: &Path) -> String {
+    escaped(&path.to_string_lossy(), MOST_OF_PATH)
+}
+
+/// Shows a sentence on one line, without what a terminal would obey. Help that follows it stays on
+/// a line of its own.
+pub fn presented(text: &str) -> String {
+    let parts: Vec<String> = text.split(HELP).map(|part| escaped(part, usize::MAX)).collect();
+    parts.join(HELP)
+}
+
+/// Shows a sentence as [`presented`] does, and what is quoted in it, `` `so` ``, as [`shown`] does.
+pub fn abridged(text: &str) -> String {
+    text.split(HELP).map(sentence).collect::<Vec<_>>().join(HELP)
+}
+
+fn sentence(text: &str) -> String {
+    // What is quoted are the odd parts; between them stand our own words, and lists.
+    let part = |(i, part): (usize, &str)| {
+        escaped(part, if i % 2 == 1 { MOST_SHOWN } else { MOST_OF_WORDS })
+    };
+    text.split('`').enumerate().map(part).collect::<Vec<_>>().join("`")
+}
+
+/// Escapes what is obeyed, not shown: control characters, and those that turn the direction of what
+/// follows. Of a text that takes more than `most` characters the beginning is left.
+fn escaped(text: &str, most: usize) -> String {
+    let mut shown = String::new();
+    // How much of it leaves room for the dots.
+    let (mut count, mut kept) = (0, 0);
+    for c in text.chars() {
+        count += push(c, &mut shown);
+        if count > most {
+            shown.truncate(kept);
+            shown.push_str("...");
+            break;
+        }
+        if count + 3 <= most {
+            kept = shown.len();
+        }
+    }
+    shown
+}
+
+/// Adds a character, escaped where it is obeyed, and gives how many it takes.
+fn push(c: char, shown: &mut String) -> usize {
+    let before = shown.len();
+    match c {
+        '\n' => shown.push_str("\\n"),
+        '\r' => shown.push_str("\\r"),
+        '\t' => shown.push_str("\\t"),
+        _ if is_obeyed(c) => shown.extend(c.escape_unicode()),
+        _ => {
+            shown.push(c);
+            return 1;
+        }
+    }
+    shown.len() - before
+}
+
+fn is_obeyed(c: char) -> bool {
+    let turns = ['\u{61c}', '\u{200e}', '\u{200f}', '\u{2028}', '\u{2029}'];
+    let embeds = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    c.is_control() || embeds || turns.contains(&c)
+}
+
+/// Shows a text of several lines without what a terminal would obey but their ends and tabs.
+pub fn shown_lines(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\n' | '\t' => shown.push(c),
+            _ => {
+                push(c, &mut shown);
+            }
+        }
+    }
+    shown
 }
 
 impl From<InputError> for Error {
@@ -274,6 +385,48 @@ mod tests {
             error.to_string(),
             "room.toml:12:8: unknown key `reflectence`\n  help: write `reflectance`"
         );
+    }
+
+    #[test]
+    fn what_is_quoted_is_escaped_and_short() {
+        assert_eq!(shown(""), "");
+        assert_eq!(shown("Kopf \u{1f600} t\u{ea}te"), "Kopf \u{1f600} t\u{ea}te");
+        assert_eq!(
+            shown("a\r\n\t\x1b]0;x\x07\u{9b}\u{202e}b\x7f"),
+            r"a\r\n\t\u{1b}]0;x\u{7}\u{9b}\u{202e}b\u{7f}"
+        );
+        for (length, end) in [(199, "xx"), (200, "xx"), (201, "x..."), (10_000_000, "x...")] {
+            let text = shown(&"x".repeat(length));
+            assert!(text.chars().count() == length.min(200) && text.ends_with(end), "{text}");
+            assert_eq!(shown(&text), text);
+            assert_eq!(shown_bytes("x".repeat(length).as_bytes()), text);
+            let bells = shown(&"\x07".repeat(length));
+            assert!(bells.ends_with(r"\u{7}...") && bells.len() <= 200, "{bells}");
+        }
+        assert_eq!(shown_bytes(&"\u{1f600}".repeat(300).into_bytes()).chars().count(), 200);
+        assert_eq!(shown_bytes(b"\xffa"), "\u{fffd}a");
+        assert_eq!(shown_lines("a\tb\n\x1bc\r\n"), "a\tb\n\\u{1b}c\\r\n");
+    }
+
+    #[test]
+    fn errors_never_steer_a_terminal() {
+        let evil = format!("\x1b[2J\n{}", "y".repeat(300));
+        let path = Path::new("a\x1bb.obj");
+        let input =
+            InputError::new(path, format!("no `{evil}` here")).help(format!("not `{evil}`"));
+        let geometry = Error::Geometry(format!("{evil}\n  help: write `z`"));
+        assert!(geometry.to_string().ends_with("y\n  help: write `z`"), "{geometry}");
+        let read = Error::io(path, "read", std::io::Error::other("no"));
+        for error in [input.into(), geometry, read.advise(Advice::Overwrite)] {
+            for text in [error.to_string(), error.told(&|_| "`-f`".to_owned())] {
+                let lines: Vec<&str> = text.lines().collect();
+                assert!(!text.contains('\x1b') && text.contains("\\u{1b}"), "{text}");
+                assert!(lines.len() == 1 || lines[1].starts_with("  help: "), "{text}");
+            }
+        }
+        let error = InputError::new(path, format!("no `{evil}` here")).to_string();
+        assert!(error.contains(r"a\u{1b}b.obj: no `\u{1b}[2J\n") && error.contains("...` here"));
+        assert!(error.chars().count() < 260, "{error}");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use harmolux::Result;
 use harmolux::fit::SelfIntersections;
 use harmolux::fit::star::{Fold, Folds, StarReport};
 use harmolux::fit::{Check as Findings, CheckSettings, FAULTLESS_COLOUR, FaceFault, StarCheck};
+use harmolux::io::input::Input;
 use harmolux::io::meshes::{self, MeshColours, MeshFormat};
 use harmolux::io::output::Output;
 use harmolux::mesh::{Mesh, RepairReport};
@@ -16,9 +17,9 @@ use serde_json::{Value, json};
 use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
-use crate::common::inputs::read_and_repair;
-use crate::common::say;
+use crate::common::inputs::{MeshRead, read_mesh};
 use crate::common::values::point;
+use crate::common::{paths, say};
 
 /// Say whether a mesh can be fitted: closed, manifold, oriented, star-shaped; if not, where and why
 ///
@@ -68,7 +69,7 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
     let repaired =
         verb.output.as_ref().map(|p| open(p, MeshFormat::for_writing(p)?)).transpose()?;
     let bad = verb.bad.as_ref().map(|p| open(p, MeshFormat::Ply)).transpose()?;
-    let (mesh, repair) = read_and_repair(&verb.mesh, &verb.habits)?;
+    let MeshRead { mesh, repair, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
     let settings = CheckSettings { centre: verb.centre, crossings: !verb.skip_crossings };
     let found = Findings::of(&mesh, &settings).map_err(|e| about(&verb.mesh, e))?;
     if let Some((output, format)) = repaired {
@@ -78,7 +79,7 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
         output.write(&coloured(&mesh, &found)?)?;
     }
     if as_json {
-        say::data(&value(&found, repair.as_ref(), verb).to_string());
+        say::json(&value(&found, repair.as_ref(), verb));
     } else {
         say::pairs(&lines(&found, verb));
     }
@@ -237,7 +238,7 @@ fn place(p: DVec3) -> String {
 
 fn value(found: &Findings, repair: Option<&RepairReport>, verb: &Check) -> Value {
     let report = &found.report;
-    json!({
+    let mut value = json!({
         "sound": found.is_sound(),
         "vertices": report.vertices,
         "faces": report.faces,
@@ -268,8 +269,10 @@ fn value(found: &Findings, repair: Option<&RepairReport>, verb: &Check) -> Value
         "star": found.star.as_ref().map(star_value),
         "deficiencies": report.deficiencies(),
         "repair": repair.map(repair_value),
-        "written": verb.output.iter().chain(&verb.bad).collect::<Vec<_>>(),
-    })
+    });
+    let written = verb.output.iter().chain(&verb.bad);
+    paths::put_all(&mut value, "written", written.map(PathBuf::as_path));
+    value
 }
 
 fn star_value(star: &StarCheck) -> Value {

@@ -14,9 +14,9 @@ use serde_json::{Value, json};
 use crate::common::advice;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, SeriesHabits};
-use crate::common::say;
 use crate::common::subject::Read;
 use crate::common::values::{length, point};
+use crate::common::{paths, say};
 
 /// Measure how far two shapes or meshes are from each other
 ///
@@ -89,7 +89,7 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
         write_map(output, &pair.distance_map())?;
     }
     if as_json {
-        say::data(&value(verb, &found, met).to_string());
+        say::json(&value(verb, &found, met));
     } else {
         report(verb, &found);
     }
@@ -171,14 +171,14 @@ fn fill(table: &mut Table, verb: &Diff, found: &Comparison) {
 
 fn value(verb: &Diff, found: &Comparison, met: Option<bool>) -> Value {
     let mut value = json!({
-        "a": verb.a,
-        "b": verb.b,
         "a_farthest_at": found.hausdorff.one_sided[0].at.to_array(),
         "b_farthest_at": found.hausdorff.one_sided[1].at.to_array(),
         "normal_samples": found.normals.samples,
         "no_radial_because": found.radial.as_ref().err().map(advice::told),
         "within_tolerance": met,
     });
+    paths::put(&mut value, "a", &verb.a);
+    paths::put(&mut value, "b", &verb.b);
     for (name, number, unit) in numbers(found) {
         value[format!("{name}_{unit}")] = json!(number);
     }

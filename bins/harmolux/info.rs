@@ -1,15 +1,17 @@
 //! `harmolux info`: what a file holds.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
 use harmolux::Result;
+use harmolux::error::shown;
 use harmolux::fit::Shape;
 use harmolux::fit::star;
 use harmolux::fit::{mesh_bytes, series_bytes};
 use harmolux::io::coefficients;
-use harmolux::io::coefficients::SeriesFormat;
+use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
+use harmolux::io::input::Input;
 use harmolux::io::meshes;
 use harmolux::mesh::{Mesh, MeshReport};
 use harmolux::sh::{Convention, least, positions, range, volume};
@@ -36,12 +38,14 @@ pub(crate) struct Info {
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
-    let (lines, value) = match series_file(verb)? {
-        Some(file) => series(&file)?,
-        None => mesh(&verb.file)?,
+    let mut input = Input::open(&verb.file)?;
+    let options = verb.reading.options();
+    let (lines, value) = match series_format(&mut input, &options)? {
+        Some(format) => series(&series_file(input, format, &options)?)?,
+        None => mesh(input)?,
     };
     if as_json {
-        say::data(&value.to_string());
+        say::json(&value);
     } else {
         say::pairs(&lines);
     }
@@ -57,15 +61,16 @@ struct SeriesFile {
     shape: Shape,
 }
 
-/// Reads a coefficient file; `None` when it is none, so that its bytes are gone before a mesh is
-/// read.
-fn series_file(verb: &Info) -> Result<Option<SeriesFile>> {
-    let options = verb.reading.options();
-    let bytes = coefficients::load(&verb.file)?;
-    let Some(format) = series_format(&verb.file, &bytes, &options) else { return Ok(None) };
-    let shape = coefficients::parse(&verb.file, &bytes, &options)?;
-    let convention = coefficients::convention(&verb.file, &bytes, format, &options)?;
-    Ok(Some(SeriesFile { format, convention, shape }))
+fn series_file(
+    mut input: Input,
+    format: SeriesFormat,
+    options: &ReadOptions,
+) -> Result<SeriesFile> {
+    let (path, bytes) = (input.path(), input.rest()?);
+    let options = ReadOptions { format: Some(format), ..*options };
+    let shape = coefficients::parse(path, &bytes, &options)?;
+    let convention = coefficients::convention(path, &bytes, format, &options)?;
+    Ok(SeriesFile { format, convention, shape })
 }
 
 fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
@@ -94,7 +99,7 @@ fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
     if let Err(error) = lowest.require_positive(most) {
         lines.push(("deficiency", format!("no closed surface: {error}")));
     }
-    lines.extend(source.clone().map(|name| ("source", name)));
+    lines.extend(source.as_deref().map(|name| ("source", shown(name))));
     lines.extend(shape.truncated_from.map(|l| ("cut from", format!("degree {l}"))));
     let value = json!({
         "kind": "coefficients",
@@ -138,8 +143,8 @@ fn star_of(mesh: &Mesh, lines: &mut Lines) -> Value {
     }
 }
 
-fn mesh(path: &Path) -> Result<(Lines, Value)> {
-    let mesh = meshes::read(path)?;
+fn mesh(input: Input) -> Result<(Lines, Value)> {
+    let mesh = meshes::read_input(input)?.0;
     let report = MeshReport::of(&mesh);
     let size = [mesh.positions().len(), mesh.triangles().len()];
     let bounds = mesh.bounds();

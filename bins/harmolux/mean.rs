@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
+use harmolux::error::shown_path;
 use harmolux::fit::Shape;
 use harmolux::io::coefficients;
 use harmolux::sh::{Coefficients, Spectrum, difference, scatter, weighted_mean};
@@ -12,7 +13,7 @@ use serde_json::json;
 
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
-use crate::common::{say, shape_file};
+use crate::common::{paths, say, shape_file};
 
 /// Average shapes, and say how far each is from the mean
 ///
@@ -57,26 +58,26 @@ pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
     let scatter =
         (verb.weights.is_none() && only.len() > 1).then(|| scatter(&only, &mean.coefficients));
     if as_json {
-        let row = |(path, d): (&PathBuf, &f64)| json!({ "shape": path, "rms": d });
-        let value = json!({
+        let row = |(path, rms): (&PathBuf, &f64)| {
+            let mut row = json!({ "rms": rms });
+            paths::put(&mut row, "shape", path);
+            row
+        };
+        let mut value = json!({
             "shapes": shapes.len(),
             "degree": mean.coefficients.lmax(),
             "centre": mean.centre.to_array(),
             "mean_radius": radius,
             "scatter": scatter,
             "distances": verb.shapes.iter().zip(&distances).map(row).collect::<Vec<_>>(),
-            "written": verb.output,
         });
-        say::data(&value.to_string());
+        paths::put(&mut value, "written", &verb.output);
+        say::json(&value);
         return Ok(Code::Done);
     }
     let mut table = say::table(&["shape", "RMS distance, m", "of the mean radius"]);
     for (path, d) in verb.shapes.iter().zip(&distances) {
-        table.add_row([
-            path.display().to_string(),
-            say::significant(*d, 4),
-            say::percent(d / radius),
-        ]);
+        table.add_row([shown_path(path), say::significant(*d, 4), say::percent(d / radius)]);
     }
     say::data(&table.to_string());
     let scattered = |s| format!("{} m, {}", say::significant(s, 4), say::percent(s / radius));

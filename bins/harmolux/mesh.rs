@@ -16,7 +16,7 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
 use crate::common::values::{length, size};
-use crate::common::{progress, say};
+use crate::common::{paths, progress, say};
 
 /// Turn coefficients into a mesh
 ///
@@ -104,7 +104,7 @@ pub(crate) fn run(verb: &Mesh, as_json: bool) -> Result<Code> {
     let volume = volume(f)?;
     output.write(&encode(&made.mesh, format)?)?;
     if as_json {
-        say::data(&value(verb, &made, volume).to_string());
+        say::json(&value(verb, &made, volume));
     } else {
         report(verb, &made, volume, f.mean());
         say::note(&format!("written in {}", progress::duration(started.elapsed())));
@@ -123,15 +123,16 @@ fn resolution(verb: &Mesh, mean_radius: f64) -> Resolution {
 }
 
 fn value(verb: &Mesh, made: &Tessellation, volume: f64) -> Value {
-    json!({
+    let mut value = json!({
         "vertices": made.mesh.positions().len(),
         "faces": made.mesh.triangles().len(),
         "chord_error": made.chord_error.measured,
         "chord_error_bound": made.chord_error.bound,
         "volume": made.mesh.volume(),
         "series_volume": volume,
-        "written": verb.output,
-    })
+    });
+    paths::put(&mut value, "written", &verb.output);
+    value
 }
 
 fn report(verb: &Mesh, made: &Tessellation, volume: f64, mean_radius: f64) {

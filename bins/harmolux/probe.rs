@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use clap::Args;
+use harmolux::error::shown;
 use harmolux::estimators::{illuminance, luminance};
 use harmolux::io::rays;
 use harmolux::io::tables::{Cell, Table};
@@ -133,12 +134,12 @@ fn report(
 ) -> Result<()> {
     if as_json {
         let table = table(results, behind, if verb.illuminance { "lx" } else { "cd_m2" });
-        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
+        say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
         return Ok(());
     }
     for (r, behind) in results.iter().zip(behind) {
         if let Some(object) = behind {
-            say::data(&format!("NaN\tbehind {object}"));
+            say::data(&format!("NaN\tbehind {}", shown(object)));
             continue;
         }
         let half_width = surveys::half_width(&r.total);

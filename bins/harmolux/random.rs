@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use harmolux::fit::Shape;
 use harmolux::io::coefficients;
+use harmolux::io::input::Input;
 use harmolux::io::spectra;
 use harmolux::sh::{
     Coefficients, GaussianSphere, RandomShape, Spectrum, gaussian, least, power_law, range,
@@ -13,9 +14,9 @@ use harmolux::{Error, Result};
 use serde_json::json;
 
 use crate::common::exit::Code;
-use crate::common::say;
 use crate::common::shape_file::{self, ShapeFile};
 use crate::common::values::{Settings, settings};
+use crate::common::{paths, say};
 
 /// Draw random shapes: Gaussian random spheres, or Gaussian radii of a given spectrum
 ///
@@ -146,11 +147,12 @@ fn whole(name: &str, value: f64) -> Result<usize> {
 
 /// Reads a spectrum: of a coefficient file, or a table.
 fn read_spectrum(path: &Path) -> Result<Vec<f64>> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
-        return spectra::parse(path, &bytes);
+    let mut input = Input::open(path)?;
+    let is_table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    if is_table || spectra::recognise(input.ahead()?) {
+        return spectra::parse(path, &input.rest()?);
     }
-    let shape = coefficients::read_as_stated(path)?;
+    let shape = coefficients::read_as_stated(input)?.0;
     Ok(Spectrum::of(&shape.coefficients).degrees().iter().map(|d| d.power).collect())
 }
 
@@ -229,8 +231,9 @@ fn finish(
                 "truncation_rms": r.rms,
             })
         });
-        let value = json!({ "shapes": list.collect::<Vec<_>>(), "written": verb.output });
-        say::data(&value.to_string());
+        let mut value = json!({ "shapes": list.collect::<Vec<_>>() });
+        paths::put(&mut value, "written", &verb.output);
+        say::json(&value);
     } else {
         report(&rows);
         say::note(&format!("written to {}", verb.output.display()));

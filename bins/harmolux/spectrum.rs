@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use harmolux::Result;
+use harmolux::error::shown;
 use harmolux::fit::Shape;
 use harmolux::io::coefficients;
 use harmolux::io::tables::{Cell, Table};
@@ -67,7 +68,7 @@ pub(crate) fn run(verb: &Spectrum, as_json: bool) -> Result<Code> {
         target.write(&table, &figure)?;
     }
     if as_json {
-        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
+        say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else if verb.plot {
         plot::print(&figure)?;
     } else {
@@ -121,8 +122,9 @@ fn report(shapes: &[Named]) {
     if let [shape] = shapes {
         return report_one(shape);
     }
+    let names: Vec<String> = shapes.iter().map(|shape| shown(&shape.name)).collect();
     let header: Vec<&str> =
-        std::iter::once("degree").chain(shapes.iter().map(|s| s.name.as_str())).collect();
+        std::iter::once("degree").chain(names.iter().map(String::as_str)).collect();
     let mut table = say::table(&header);
     let highest = shapes.iter().map(|s| s.spectrum.degrees().len()).max().unwrap_or(0);
     for l in 0..highest {

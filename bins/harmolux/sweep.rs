@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use harmolux::fit::Shape;
+use harmolux::io::input::Input;
 use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::study::{SweepRow, sweep, sweep_figure};
@@ -12,7 +13,7 @@ use harmolux::{Error, Result};
 use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
-use crate::common::inputs::{read_mesh, source};
+use crate::common::inputs::{MeshRead, read_mesh};
 use crate::common::plot::PlotFormat;
 use crate::common::say;
 use crate::common::shape_file::{self, ShapeFile};
@@ -69,7 +70,7 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let plots = [("sweep.svg", PlotFormat::Svg), ("sweep.png", PlotFormat::Png)];
     let plots: Vec<(PlotFormat, Output)> = plots.into_iter().map(plot).collect::<Result<_>>()?;
     let files: Vec<ShapeFile> = verb.degrees.0.iter().map(file).collect::<Result<_>>()?;
-    let mesh = read_mesh(&verb.mesh, &verb.habits)?;
+    let MeshRead { mesh, source, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
     let lines = verb.degrees.0.len() + 1;
     let rows = sweep(&mesh, &verb.degrees.0, &|done| say::note(&format!("{done} of {lines}")))
         .map_err(|e| about(&verb.mesh, e))?;
@@ -81,7 +82,6 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     for (format, output) in plots {
         format.write(&figure, output)?;
     }
-    let source = source(&verb.mesh)?;
     for (row, file) in rows.iter().zip(files) {
         let Some(fit) = &row.fit else { continue };
         let shape = Shape {
@@ -93,7 +93,7 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
         file.write(&shape)?;
     }
     if as_json {
-        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
+        say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
         report(&rows);
         say::note(&format!("written to {}", verb.output.display()));

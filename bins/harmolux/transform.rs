@@ -16,7 +16,7 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::{SeriesReading, choices};
 use crate::common::values::{numbers, point};
-use crate::common::{say, shape_file};
+use crate::common::{paths, say, shape_file};
 
 /// Turn, mirror, align, scale, cut a shape, or expand it about another centre
 ///
@@ -157,7 +157,7 @@ pub(crate) fn run(verb: &Transform, as_json: bool) -> Result<Code> {
     let done = reshape(&shape, &steps).map_err(|e| about(&verb.shape, e))?;
     output.write(&done.shape)?;
     if as_json {
-        say::data(&value(verb, &done).to_string());
+        say::json(&value(verb, &done));
     } else {
         say::pairs(&lines(verb, &shape, &done));
     }
@@ -165,7 +165,7 @@ pub(crate) fn run(verb: &Transform, as_json: bool) -> Result<Code> {
 }
 
 fn value(verb: &Transform, done: &Reshaped) -> Value {
-    json!({
+    let mut value = json!({
         "degree": done.shape.coefficients.lmax(),
         "centre": done.shape.centre.to_array(),
         "mean_radius": done.shape.coefficients.mean(),
@@ -176,8 +176,9 @@ fn value(verb: &Transform, done: &Reshaped) -> Value {
         "aligned": done.alignment.as_ref().map(|a| json!({
             "moments": a.moments, "axes": axes_fixed(a.top)
         })),
-        "written": verb.output,
-    })
+    });
+    paths::put(&mut value, "written", &verb.output);
+    value
 }
 
 fn lines(verb: &Transform, before: &Shape, done: &Reshaped) -> Vec<(&'static str, String)> {

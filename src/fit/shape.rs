@@ -53,8 +53,13 @@ pub struct Source {
 impl Source {
     /// Takes the file name of `path` and the fingerprint of `bytes`.
     pub fn new(path: &Path, bytes: &[u8]) -> Self {
+        Self::of_file(path, SourceHash::of(bytes))
+    }
+
+    /// Takes the file name of `path`, and the fingerprint of what the file holds.
+    pub(crate) fn of_file(path: &Path, hash: SourceHash) -> Self {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Self { name, hash: SourceHash::of(bytes) }
+        Self { name, hash }
     }
 }
 
@@ -66,7 +71,12 @@ pub struct SourceHash(pub(crate) u64);
 impl SourceHash {
     /// Computes the fingerprint.
     pub fn of(bytes: &[u8]) -> Self {
-        Self(bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        Self(0xcbf2_9ce4_8422_2325).followed_by(bytes)
+    }
+
+    /// Returns the fingerprint of what this one is of and of the bytes that follow it.
+    pub(crate) fn followed_by(self, bytes: &[u8]) -> Self {
+        Self(bytes.iter().fold(self.0, |hash, byte| {
             (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
         }))
     }
@@ -92,6 +102,7 @@ mod tests {
     fn fingerprint_is_that_of_the_published_test_vectors() {
         assert_eq!(SourceHash::of(b"").to_string(), "fnv1a64:cbf29ce484222325");
         assert_eq!(SourceHash::of(b"foobar").to_string(), "fnv1a64:85944171f73967e8");
+        assert_eq!(SourceHash::of(b"foo").followed_by(b"bar"), SourceHash::of(b"foobar"));
         assert_eq!(SourceHash::parse("fnv1a64:85944171f73967e8"), Some(SourceHash::of(b"foobar")));
         assert_eq!(SourceHash::parse("fnv1a64:85944171"), None);
         assert_eq!(SourceHash::parse("85944171f73967e8"), None);

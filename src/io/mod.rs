@@ -6,6 +6,7 @@ pub mod checkpoint;
 pub mod coefficients;
 #[cfg(feature = "images")]
 pub mod images;
+pub mod input;
 pub mod meshes;
 pub mod npy;
 pub mod output;

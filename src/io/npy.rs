@@ -25,6 +25,8 @@ pub(in crate::io) struct Array<'a> {
     /// Bytes of one real number, 4 or 8.
     width: usize,
     little: bool,
+    /// The type of its numbers, as the header has it.
+    descr: &'a str,
     data: &'a [u8],
 }
 
@@ -38,6 +40,23 @@ impl<'a> Array<'a> {
     }
 
     fn read(bytes: &'a [u8]) -> Result<Self, String> {
+        let array = Self::announced(bytes)?;
+        let parts = if array.complex { 2 } else { 1 };
+        let mut axes = array.shape.iter();
+        let size = axes.try_fold(array.width * parts, |size, n| size.checked_mul(*n));
+        if size != Some(array.data.len()) {
+            return Err(format!(
+                "an array {:?} of `{}` does not fit the {} bytes that follow its header",
+                array.shape,
+                array.descr,
+                array.data.len()
+            ));
+        }
+        Ok(array)
+    }
+
+    /// Reads the header, whatever follows it.
+    fn announced(bytes: &'a [u8]) -> Result<Self, String> {
         let (header, data) = split(bytes)?;
         let descr = quoted(field(header, "descr")?)?;
         let (little, complex, width) = element(descr)?;
@@ -47,15 +66,7 @@ impl<'a> Array<'a> {
             _ => return Err("the header does not say the order of the axes".to_owned()),
         };
         let shape = shape(field(header, "shape")?)?;
-        let parts = if complex { 2 } else { 1 };
-        let size = shape.iter().try_fold(width * parts, |size, n| size.checked_mul(*n));
-        if size != Some(data.len()) {
-            return Err(format!(
-                "an array {shape:?} of `{descr}` does not fit the {} bytes that follow its header",
-                data.len()
-            ));
-        }
-        Ok(Self { shape, complex, fortran, width, little, data })
+        Ok(Self { shape, complex, fortran, width, little, descr, data })
     }
 
     /// Returns the element at a place: its real and its imaginary part (0 for real arrays).
@@ -80,6 +91,11 @@ impl<'a> Array<'a> {
             _ => f64::NAN,
         }
     }
+}
+
+/// Whether a file that begins so holds complex numbers along one axis, or along one of two.
+pub(in crate::io) fn is_complex_list(head: &[u8]) -> bool {
+    Array::announced(head).is_ok_and(|array| array.complex && array.shape.len() < 3)
 }
 
 /// Writes rows of as many numbers each as a two-dimensional array of float64, which `numpy.load`

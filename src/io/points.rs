@@ -3,13 +3,13 @@
 //! Columns are apart by commas, semicolons, tabs or spaces; `#` starts a comment. A first line of
 //! names says which columns are x, y, z and weight; others are passed over.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::BufRead;
 use std::path::Path;
 
 use glam::DVec3;
 
 use crate::error::InputError;
+use crate::io::input::{FilesRead, Input};
 use crate::mesh::Points;
 use crate::{Error, Result};
 
@@ -19,18 +19,36 @@ pub fn is_points(path: &Path) -> bool {
     ["xyz", "csv"].iter().any(|e| e.eq_ignore_ascii_case(extension))
 }
 
+/// Whether a file that begins so holds points: its first line with more than a comment is a point,
+/// or names the columns x, y and z.
+pub fn recognise(head: &[u8]) -> bool {
+    let path = Path::new("");
+    let mut lines = head.split(|b| *b == b'\n').map(|bytes| Line::new(path, 1, bytes));
+    let first = lines.find(|line| line.as_ref().map_or(true, |line| !line.fields.is_empty()));
+    first.and_then(Result::ok).is_some_and(|line| {
+        if line.is_header() {
+            return line.header().is_ok();
+        }
+        line.plain().and_then(|columns| line.point(&columns)).is_ok()
+    })
+}
+
 /// Reads a point file.
 ///
 /// # Errors
 /// [`Error::Io`] when the file cannot be read; [`Error::Input`] with line and column of what is no
 /// point.
 pub fn read(path: &Path) -> Result<Points> {
-    if path.is_dir() {
-        let help = "name a file in it";
-        return Err(InputError::new(path, "this is a folder, not a point file").help(help).into());
-    }
-    let file = File::open(path).map_err(|e| Error::io(path, "read", e))?;
-    parse(path, BufReader::new(file))
+    Ok(read_input(Input::open(path)?)?.0)
+}
+
+/// Reads a point file as [`read`] does, and says what was read.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_input(mut input: Input) -> Result<(Points, FilesRead)> {
+    let points = parse(input.path(), &mut input)?;
+    Ok((points, input.finish()?))
 }
 
 /// Reads points from text; `path` is for messages.
@@ -212,6 +230,17 @@ mod tests {
             assert_eq!(points(text).expect("points"), expected, "{text}");
         }
         assert_eq!(points("1 2 3\n4 5 6").expect("points").weights, [1.0, 1.0]);
+    }
+
+    #[test]
+    fn points_are_told_by_their_first_line() {
+        for text in ["1 2 3\n", "# a scan\n\n1, 2, 3, 0.5\n", "id;x;y;z\n", "1 2 3"] {
+            assert!(recognise(text.as_bytes()), "{text}");
+        }
+        for text in ["", "# nothing\n", "1 2\n", "1 2 3 4 5\n", "a,b,c\n", "v 1 2 3\n", "1 2 x\n"] {
+            assert!(!recognise(text.as_bytes()), "{text}");
+        }
+        assert!(!recognise(b"\xff 1 2 3\n"));
     }
 
     #[test]

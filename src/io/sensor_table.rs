@@ -6,6 +6,7 @@ use csv::StringRecord;
 use glam::DVec3;
 
 use crate::error::InputError;
+use crate::io::input::Input;
 use crate::{Error, Result};
 
 /// Holds the sensors of one name.
@@ -27,8 +28,13 @@ pub struct MeasuredGroup {
 /// # Errors
 /// [`Error::Io`] when the file cannot be read, else as [`parse`].
 pub fn read(path: &Path, column: &str) -> Result<Vec<MeasuredGroup>> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
-    parse(path, &bytes, column)
+    parse(path, &Input::open(path)?.rest()?, column)
+}
+
+/// Whether a file that begins so is such a table: its header row has the column `x_m`.
+pub fn recognise(head: &[u8]) -> bool {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(head);
+    reader.headers().is_ok_and(|header| header.iter().any(|name| name == "x_m"))
 }
 
 /// Reads the columns `group`, `x_m`, `y_m`, `z_m`, `normal_x`, `normal_y`, `normal_z`, `behind` and
@@ -159,6 +165,12 @@ mod tests {
         let message = parse(Path::new("x"), text.as_bytes(), "lux").expect_err("refused");
         assert!(message.to_string().contains("no column `lux`"));
         assert!(parse(Path::new("x"), b"group,\xff\n", "lux").is_err());
+    }
+
+    #[test]
+    fn table_is_told_by_its_header() {
+        assert!(recognise(HEADER.as_bytes()) && recognise(b"group, x_m\n"));
+        assert!(!recognise(b"") && !recognise(b"degree,power\n") && !recognise(b"\xff,x_m\n"));
     }
 
     #[test]

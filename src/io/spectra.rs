@@ -6,6 +6,12 @@ use crate::error::InputError;
 use crate::sh::MAX_DEGREE;
 use crate::{Error, Result};
 
+/// Whether a file that begins so is such a table: its header row has the columns.
+pub fn recognise(head: &[u8]) -> bool {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(head);
+    reader.headers().is_ok_and(|header| columns(Path::new(""), header).is_ok())
+}
+
 /// Reads the columns `degree` and `power` (or `power_m2`) of a CSV table with a header row; other
 /// columns are passed over. `path` is for messages.
 ///
@@ -109,6 +115,12 @@ mod tests {
             let error = read(text).expect_err("broken").to_string();
             assert!(error.contains(says), "{error}");
         }
+    }
+
+    #[test]
+    fn table_is_told_by_its_header() {
+        assert!(recognise(b"Power, degree\n") && recognise(b"shape,degree,power_m2\nhead,0,4\n"));
+        assert!(!recognise(b"") && !recognise(b"0, 0, 1\n1, 0, 1\n") && !recognise(b"degree\n"));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! What a plot shows: two axes and curves.
 
+use crate::error::shown;
+
 /// Says how an axis runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scale {
@@ -59,9 +61,9 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Makes a curve with line and markers.
-    pub fn new(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
-        Self { name: name.into(), points, errors: Vec::new(), style: Style::Both }
+    /// Makes a curve with line and markers; its name is drawn as [`shown`] shows it.
+    pub fn new(name: impl AsRef<str>, points: Vec<[f64; 2]>) -> Self {
+        Self { name: shown(name.as_ref()), points, errors: Vec::new(), style: Style::Both }
     }
 
     /// Draws it otherwise.

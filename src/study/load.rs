@@ -1,6 +1,7 @@
 //! From a scene file to a scene: surfaces are built, meshes fitted, sensors laid out, and
 //! implausible scenes are reported.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -14,6 +15,7 @@ use super::shared_surfaces::{Preparation, SharedSurfaces};
 use super::solids::{self, Body, Solid};
 use super::warnings::{coincidences, misplaced_cameras, misplaced_sensors, overlaps};
 use crate::fit::Fit;
+use crate::io::input::FilesRead;
 use crate::io::scene_file::{
     BoxFace, CameraSpec, DistributionSpec, FileRef, LightSpec, MaterialSpec, MeshSpec, ObjectSpec,
     SceneFile, ShSpec, Strength,
@@ -35,6 +37,8 @@ pub struct Loaded {
     pub fits: Vec<FittedObject>,
     /// The degrees that SH objects were given for a picture, with their certificates.
     pub details: Vec<DetailedObject>,
+    /// What was read for the objects that have files, by their names.
+    pub files: BTreeMap<String, FilesRead>,
     /// What it took to prepare the SH objects for rays.
     pub preparation: Preparation,
     /// What is probably not meant, a sentence each.
@@ -101,6 +105,10 @@ pub fn load_for_camera(file: &SceneFile, camera: Option<&Camera>) -> Result<Load
     let fits = fits.collect();
     let named = |b: &Built| Some(DetailedObject { name: b.object.name.clone(), detail: b.detail? });
     let details = built.iter().filter_map(named).collect();
+    let files = file.objects.iter().filter_map(|(name, spec)| {
+        Some((name.clone(), shared.read(&spec.file()?.resolved)?.clone()))
+    });
+    let files = files.collect();
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
     let sensors = sensors(file, &scene, &built, &solids)?;
     check_distances(file, &sensors, scene.lights())?;
@@ -108,7 +116,7 @@ pub fn load_for_camera(file: &SceneFile, camera: Option<&Camera>) -> Result<Load
     warnings.extend(misplaced_sensors(&sensors, &scene));
     let preparation = shared.preparation();
     let bodies = built.iter().map(|b| b.body).collect();
-    Ok(Loaded { scene, sensors, fits, details, preparation, warnings, bodies })
+    Ok(Loaded { scene, sensors, fits, details, files, preparation, warnings, bodies })
 }
 
 /// Builds the camera that `[render]` names, or the only one.

@@ -3,6 +3,7 @@
 //! once for each degree that level of detail chooses.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -10,8 +11,10 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 
 use crate::Result;
+use crate::error::InputError;
 use crate::fit::{Fit, FitSettings, fit};
 use crate::io::coefficients::{self, SeriesFormat};
+use crate::io::input::{FilesRead, Input};
 use crate::io::meshes;
 use crate::mesh::{Doubles, Mesh, MeshReport};
 use crate::sh::Coefficients;
@@ -90,6 +93,7 @@ pub(super) struct SharedSurfaces {
     sh: HashMap<PathBuf, Vec<(SeriesKey, SharedSh)>>,
     /// By path and whether normals are interpolated.
     meshes: HashMap<(PathBuf, bool), SharedMesh>,
+    read: HashMap<PathBuf, FilesRead>,
 }
 
 impl SharedSurfaces {
@@ -108,10 +112,17 @@ impl SharedSurfaces {
         let place = if let Some(place) = of_file.iter().position(|(known, _)| *known == key) {
             place
         } else {
-            of_file.push((key, read_sh(path, key)?));
+            let (shared, read) = read_sh(path, key)?;
+            note(&mut self.read, path, read)?;
+            of_file.push((key, shared));
             of_file.len() - 1
         };
         Ok(&mut of_file[place].1)
+    }
+
+    /// Returns what was read for a surface, by the path of its file.
+    pub(super) fn read(&self, path: &Path) -> Option<&FilesRead> {
+        self.read.get(path)
     }
 
     /// Sums up what it took to prepare the SH surfaces.
@@ -135,26 +146,46 @@ impl SharedSurfaces {
         if let Some(shared) = self.meshes.get(&key) {
             return Ok(shared.clone());
         }
-        let shared = build_mesh(path, smooth)?;
+        let (mesh, read) = meshes::read_input(Input::open_file(path)?)?;
+        note(&mut self.read, path, read)?;
+        let shared = build_mesh(mesh, smooth)?;
         self.meshes.insert(key, shared.clone());
         Ok(shared)
     }
 }
 
-fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<SharedSh> {
-    let (series, centre, fit) = if SeriesFormat::of_extension(path).is_some() {
-        let read = coefficients::read_as_stated(path)?;
-        (read.coefficients.truncated(degree), read.centre, None)
-    } else {
-        let settings = FitSettings { centre, ..FitSettings::of_degree(degree) };
-        let fit = fit(&meshes::read(path)?, &settings)?;
-        (fit.coefficients.clone(), fit.centre, Some(Arc::new(fit)))
-    };
-    Ok(SharedSh { series, centre, fit, surfaces: Vec::new(), preparation: Duration::ZERO })
+/// Remembers what was read, which must be the same each time that a file is.
+fn note(known: &mut HashMap<PathBuf, FilesRead>, path: &Path, read: FilesRead) -> Result<()> {
+    match known.entry(path.to_owned()) {
+        Entry::Vacant(place) => {
+            place.insert(read);
+        }
+        Entry::Occupied(before) if *before.get() == read => {}
+        Entry::Occupied(_) => {
+            let message = "this file changed while the scene was loaded";
+            let help = "run it again when nothing writes to the file";
+            return Err(InputError::new(path, message).help(help).into());
+        }
+    }
+    Ok(())
 }
 
-fn build_mesh(path: &Path, smooth: bool) -> Result<SharedMesh> {
-    let mesh = meshes::read(path)?;
+fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<(SharedSh, FilesRead)> {
+    let input = Input::open_file(path)?;
+    let ((series, centre, fit), read) = if SeriesFormat::of_extension(path).is_some() {
+        let (shape, read) = coefficients::read_as_stated(input)?;
+        ((shape.coefficients.truncated(degree), shape.centre, None), read)
+    } else {
+        let settings = FitSettings { centre, ..FitSettings::of_degree(degree) };
+        let (mesh, read) = meshes::read_input(input)?;
+        let fit = fit(&mesh, &settings)?;
+        ((fit.coefficients.clone(), fit.centre, Some(Arc::new(fit))), read)
+    };
+    let (surfaces, preparation) = (Vec::new(), Duration::ZERO);
+    Ok((SharedSh { series, centre, fit, surfaces, preparation }, read))
+}
+
+fn build_mesh(mesh: Mesh, smooth: bool) -> Result<SharedMesh> {
     let doubles = Doubles::of(&mesh);
     let mesh = without_repeated(mesh, &doubles)?;
     let report = MeshReport::of(&mesh);
@@ -228,6 +259,27 @@ mod tests {
         let [flat, smooth, flat_again] =
             [false, true, false].map(|smooth| shared.mesh(&path, smooth).expect("a mesh").surface);
         assert!(Arc::ptr_eq(&flat, &flat_again) && !Arc::ptr_eq(&flat, &smooth));
+    }
+
+    #[test]
+    fn file_that_changes_between_two_readings_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("cube.off");
+        std::fs::write(&path, CUBE).expect("written");
+        let mut shared = SharedSurfaces::default();
+        let first = shared.mesh(&path, false).expect("a mesh");
+        shared.sh(&path, 2, None).expect("the same file");
+        std::fs::write(&path, format!("{CUBE}# other")).expect("written");
+        for message in [
+            shared.mesh(&path, true).err().expect("refused").to_string(),
+            shared.sh(&path, 3, None).err().expect("refused").to_string(),
+        ] {
+            assert!(message.contains("changed while the scene was loaded"), "{message}");
+        }
+        let again = shared.mesh(&path, false).expect("known");
+        assert!(Arc::ptr_eq(&first.surface, &again.surface));
+        let read = shared.read(&path).expect("was read").file.to_string();
+        assert!(read.starts_with(&format!("{} bytes, fnv1a64:", CUBE.len())), "{read}");
     }
 
     #[test]

@@ -241,7 +241,7 @@ fn files_that_cannot_be_used_end_with_3_and_say_why() {
     fs::create_dir(desk.path("folder.ply")).expect("made");
     assert_says(
         &desk.ends(3, ["check", "folder.ply"]).err,
-        &["folder.ply: this is a folder, not a mesh file"],
+        &["folder.ply: this is a folder, not a file"],
     );
     assert_says(&desk.ends(3, ["check", "none.ply"]).err, &["none.ply: cannot read"]);
 }

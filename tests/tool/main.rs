@@ -14,6 +14,8 @@ mod cli_exact;
 mod cli_falsecolor;
 mod cli_fit;
 mod cli_illum;
+#[cfg(unix)]
+mod cli_inputs;
 mod cli_render;
 mod cli_shapes;
 mod golden;

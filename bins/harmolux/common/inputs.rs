@@ -1,49 +1,58 @@
 //! Meshes, points and shapes as several verbs read them.
 
-use std::path::Path;
-
+use harmolux::Result;
 use harmolux::fit::Source;
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat};
-use harmolux::io::{meshes, points};
+use harmolux::io::input::Input;
+use harmolux::io::meshes::{self, MeshFormat};
+use harmolux::io::points;
 use harmolux::mesh::{Mesh, Points, RepairReport};
-use harmolux::{Error, Result};
 
 use crate::common::flags::MeshHabits;
 
-/// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
-pub(crate) fn read_mesh(path: &Path, habits: &MeshHabits) -> Result<Mesh> {
-    Ok(read_and_repair(path, habits)?.0)
+/// A mesh from a file.
+pub(crate) struct MeshRead {
+    pub(crate) mesh: Mesh,
+    /// What was repaired, where that was asked for.
+    pub(crate) repair: Option<RepairReport>,
+    pub(crate) source: Source,
 }
 
-/// As [`read_mesh`], with what was repaired.
-pub(crate) fn read_and_repair(
-    path: &Path,
-    habits: &MeshHabits,
-) -> Result<(Mesh, Option<RepairReport>)> {
-    let mesh = meshes::read(path)?.with_up(habits.up).scaled(habits.unit.metres())?;
-    habits.repairs.apply(path, mesh)
+/// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
+pub(crate) fn read_mesh(input: Input, habits: &MeshHabits) -> Result<MeshRead> {
+    let path = input.path();
+    let (mesh, read) = meshes::read_input(input)?;
+    let mesh = mesh.with_up(habits.up).scaled(habits.unit.metres())?;
+    let (mesh, repair) = habits.repairs.apply(path, mesh)?;
+    Ok(MeshRead { mesh, repair, source: read.file.source() })
+}
+
+/// Whether a file holds points: its name says it, or its beginning where that is of no mesh.
+pub(crate) fn holds_points(input: &mut Input) -> Result<bool> {
+    let (path, length) = (input.path(), input.length());
+    if points::is_points(path) || MeshFormat::of_extension(path).is_some() {
+        return Ok(points::is_points(path));
+    }
+    let head = input.ahead()?;
+    Ok(meshes::recognise(head, length).is_none() && points::recognise(head))
 }
 
 /// Reads a point file and turns it to metres, z up.
-pub(crate) fn read_points(path: &Path, habits: &MeshHabits) -> Result<Points> {
-    let mut cloud = points::read(path)?;
+pub(crate) fn read_points(input: Input, habits: &MeshHabits) -> Result<(Points, Source)> {
+    let (mut cloud, read) = points::read_input(input)?;
     cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * habits.up.to_z(*p));
-    Ok(cloud)
+    Ok((cloud, read.file.source()))
 }
 
-/// Names a file by its name and content.
-pub(crate) fn source(path: &Path) -> Result<Source> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
-    Ok(Source::new(path, &bytes))
-}
-
-/// Returns the format of a coefficient file; a mesh is none, whatever its extension.
+/// Returns the format of a coefficient file by its beginning; a mesh is none, whatever its
+/// extension.
 pub(crate) fn series_format(
-    path: &Path,
-    bytes: &[u8],
+    input: &mut Input,
     options: &ReadOptions,
-) -> Option<SeriesFormat> {
-    let told = options.format.or_else(|| coefficients::recognise_content(bytes));
-    let is_mesh = || meshes::recognise(bytes).is_some();
-    told.or_else(|| if is_mesh() { None } else { SeriesFormat::of_extension(path) })
+) -> Result<Option<SeriesFormat>> {
+    let (path, length) = (input.path(), input.length());
+    let head = input.ahead()?;
+    let told = options.format.or_else(|| coefficients::recognise_content(head, length));
+    let is_mesh = || meshes::recognise(head, length).is_some();
+    Ok(told.or_else(|| if is_mesh() { None } else { SeriesFormat::of_extension(path) }))
 }

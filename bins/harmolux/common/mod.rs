@@ -6,6 +6,7 @@ pub(crate) mod exit;
 pub(crate) mod flags;
 pub(crate) mod inputs;
 pub(crate) mod interrupt;
+pub(crate) mod paths;
 pub(crate) mod plot;
 pub(crate) mod progress;
 pub(crate) mod repairs;

@@ -62,6 +62,6 @@ pub(crate) fn print(figure: &Figure) -> Result<()> {
         None => TERMINAL,
     };
     let coloured = std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    say::data(&figure.to_terminal(columns.min(120), rows.min(36), coloured)?);
+    say::raw(&figure.to_terminal(columns.min(120), rows.min(36), coloured)?);
     Ok(())
 }

@@ -6,7 +6,9 @@ use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 use glam::DVec3;
 use harmolux::Error;
+use harmolux::error::{abridged, presented, shown_lines};
 use harmolux::sh::Convention;
+use serde_json::Value;
 
 use crate::common::advice;
 
@@ -17,18 +19,28 @@ pub(crate) fn error(error: &Error) {
 
 /// Prints a warning.
 pub(crate) fn warning(text: &str) {
-    note(&format!("warning: {text}"));
+    note(&format!("warning: {}", abridged(text)));
 }
 
 /// Prints a note about what is being done.
 pub(crate) fn note(text: &str) {
     // Talk that nobody can hear is not worth failing for.
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let _ = writeln!(std::io::stderr(), "{}", presented(text));
 }
 
-/// Prints a line of data on stdout. A reader that has gone away ends the run quietly; any other
-/// failure is told.
+/// Prints a line of data on stdout, or several.
 pub(crate) fn data(text: &str) {
+    raw(&shown_lines(text));
+}
+
+/// Prints a line of JSON.
+pub(crate) fn json(value: &Value) {
+    raw(&value.to_string());
+}
+
+/// Prints what is not changed, JSON or a drawing in colours, on stdout. A reader that has gone away ends the run quietly; any other
+/// failure is told.
+pub(crate) fn raw(text: &str) {
     let mut out = std::io::stdout().lock();
     let done = out
         .write_all(text.as_bytes())
@@ -57,7 +69,7 @@ pub(crate) fn table(header: &[&str]) -> Table {
 pub(crate) fn pairs(pairs: &[(&str, String)]) {
     let width = pairs.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     for (name, value) in pairs {
-        data(&format!("{name:<width$}  {value}"));
+        data(&format!("{name:<width$}  {}", presented(value)));
     }
 }
 

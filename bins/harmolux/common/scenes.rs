@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use harmolux::Result;
+use harmolux::error::shown;
 use harmolux::estimators::Stop;
 use harmolux::io::scene_file::{SceneFile, StopSpec, split_override};
 use harmolux::study::{FittedObject, Loaded, Preparation, load};
@@ -30,7 +31,8 @@ pub(crate) fn tell(loaded: Loaded) -> Loaded {
     }
     for FittedObject { name, fit } in distinct(&loaded.fits) {
         say::note(&format!(
-            "fitted `{name}`: degree {}, RMS error {} of the mean radius, {:.0} ms",
+            "fitted `{}`: degree {}, RMS error {} of the mean radius, {:.0} ms",
+            shown(name),
             fit.coefficients.lmax(),
             say::percent(fit.relative_rms()),
             1e3 * fit.projection_time.as_secs_f64()

@@ -1,6 +1,6 @@
 //! `harmolux convert` from mesh to mesh.
 
-use harmolux::io::coefficients;
+use harmolux::io::input::Input;
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::io::output::Output;
 use harmolux::math::Unit;
@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::common::exit::Code;
 use crate::common::inputs::series_format;
-use crate::common::say;
+use crate::common::{paths, say};
 use crate::convert::Convert;
 
 /// Runs the verb when the output is a mesh; `None` when it is not.
@@ -24,31 +24,28 @@ fn convert(verb: &Convert, as_json: bool) -> Result<Code> {
     check_options(verb)?;
     let format = MeshFormat::for_writing(&verb.output)?;
     let output = Output::open(&verb.output, &format.kind(), verb.force)?;
-    let bytes = coefficients::load(&verb.input)?;
-    if series_format(&verb.input, &bytes, &verb.reading.options()).is_some() {
+    let mut input = Input::open(&verb.input)?;
+    if series_format(&mut input, &verb.reading.options())?.is_some() {
         return Err(Error::Parameter(format!(
             "{}: these are coefficients: `harmolux mesh` makes a mesh of them",
             verb.input.display()
         )));
     }
-    drop(bytes);
-    let mesh = meshes::read(&verb.input)?;
+    let mesh = meshes::read_input(input)?.0;
     let mesh = mesh.scaled(verb.reading.unit.map_or(1.0, Unit::metres))?;
     let bytes = meshes::encode(&mesh, format)?;
     output.write(&bytes)?;
     let [vertices, faces] = [mesh.positions().len(), mesh.triangles().len()];
     if as_json {
-        say::data(
-            &json!({
-                "read": verb.input,
-                "written": verb.output,
-                "to": format.name(),
-                "vertices": vertices,
-                "faces": faces,
-                "bytes": bytes.len(),
-            })
-            .to_string(),
-        );
+        let mut value = json!({
+            "to": format.name(),
+            "vertices": vertices,
+            "faces": faces,
+            "bytes": bytes.len(),
+        });
+        paths::put(&mut value, "read", &verb.input);
+        paths::put(&mut value, "written", &verb.output);
+        say::json(&value);
     } else {
         say::pairs(&[
             ("read", verb.input.display().to_string()),

@@ -5,10 +5,11 @@ mod mesh;
 use std::path::PathBuf;
 
 use clap::Args;
-use harmolux::error::InputError;
+use harmolux::error::{InputError, shown};
 use harmolux::fit::Shape;
 use harmolux::io::coefficients;
 use harmolux::io::coefficients::{ReadOptions, SeriesFormat, Tolerance, WriteOptions};
+use harmolux::io::input::Input;
 use harmolux::io::output::Output;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 use harmolux::{Error, Result};
@@ -17,6 +18,7 @@ use serde_json::json;
 use crate::common::exit::Code;
 use crate::common::flags::{SeriesReading, formats};
 use crate::common::inputs::series_format;
+use crate::common::paths;
 use crate::common::say::{self, point};
 use crate::common::values::tolerance;
 
@@ -82,23 +84,21 @@ pub(crate) fn run(verb: &Convert, as_json: bool) -> Result<Code> {
     let lost = lost(&shape, format);
     report(verb, &lost, format, convention);
     if as_json {
-        say::data(
-            &json!({
-                "read": verb.input,
-                "from": read.format.name(),
-                "from_degree": read.shape.coefficients.lmax(),
-                "written": verb.output,
-                "to": format.name(),
-                "degree": shape.coefficients.lmax(),
-                "coefficients": shape.coefficients.count(),
-                "bytes": bytes.len(),
-                "normalisation": convention.normalisation.name(),
-                "csphase": convention.phase.csphase(),
-                "centre": shape.centre.to_array(),
-                "lost": lost.iter().map(|(name, _)| name).collect::<Vec<_>>(),
-            })
-            .to_string(),
-        );
+        let mut value = json!({
+            "from": read.format.name(),
+            "from_degree": read.shape.coefficients.lmax(),
+            "to": format.name(),
+            "degree": shape.coefficients.lmax(),
+            "coefficients": shape.coefficients.count(),
+            "bytes": bytes.len(),
+            "normalisation": convention.normalisation.name(),
+            "csphase": convention.phase.csphase(),
+            "centre": shape.centre.to_array(),
+            "lost": lost.iter().map(|(name, _)| name).collect::<Vec<_>>(),
+        });
+        paths::put(&mut value, "read", &verb.input);
+        paths::put(&mut value, "written", &verb.output);
+        say::json(&value);
     } else {
         let described = |path: &PathBuf, format: SeriesFormat, lmax: usize| {
             format!("{}, {} of degree {lmax}", path.display(), format.noun())
@@ -122,15 +122,15 @@ struct Read {
 
 fn read(verb: &Convert) -> Result<Read> {
     let options = verb.reading.options();
-    let bytes = coefficients::load(&verb.input)?;
-    let format = series_format(&verb.input, &bytes, &options).ok_or_else(|| {
+    let mut input = Input::open(&verb.input)?;
+    let format = series_format(&mut input, &options)?.ok_or_else(|| {
         let help = "`harmolux fit` makes coefficients of a mesh; `--from` says the format of a \
                     coefficient file";
         let message = "unrecognised coefficient file";
         Error::from(InputError::new(&verb.input, message).help(help))
     })?;
     let options = ReadOptions { format: Some(format), ..options };
-    let shape = coefficients::parse(&verb.input, &bytes, &options)?;
+    let shape = coefficients::read_input(input, &options)?.0;
     Ok(Read { format, shape })
 }
 
@@ -186,7 +186,10 @@ fn lost(shape: &Shape, format: SeriesFormat) -> Vec<(&'static str, String)> {
         lost.push(("centre", format!("the centre {}", point(shape.centre))));
     }
     if let Some(source) = shape.source.as_ref().filter(|_| !format.keeps_source()) {
-        lost.push(("source", format!("the name and fingerprint of the source {}", source.name)));
+        lost.push((
+            "source",
+            format!("the name and fingerprint of the source {}", shown(&source.name)),
+        ));
     }
     if let Some(degree) = shape.truncated_from.filter(|_| !format.keeps_source()) {
         lost.push(("truncated_from", format!("the degree of the fit, {degree}")));

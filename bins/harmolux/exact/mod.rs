@@ -117,7 +117,7 @@ pub(crate) fn run(verb: &Exact, as_json: bool) -> Result<Code> {
         output.write(&sheet.table.to_csv()?)?;
     }
     if as_json {
-        say::data(&sheet.json()?);
+        say::raw(&sheet.json()?);
     } else {
         say::data(&sheet.text());
     }

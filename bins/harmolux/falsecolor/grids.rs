@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use harmolux::error::InputError;
+use harmolux::error::{InputError, shown};
 use harmolux::io::sensor_table::MeasuredGroup;
 use harmolux::plots::Lattice;
 use harmolux::{Error, Result};
@@ -54,7 +54,7 @@ pub(super) fn choose(
         }
         return Err(no_grid(path, name, fault));
     }
-    let skipped: Vec<&str> = faults.iter().map(|(name, _)| name.as_str()).collect();
+    let skipped: Vec<String> = faults.iter().map(|(name, _)| shown(name)).collect();
     if !skipped.is_empty() {
         say::note(&format!("not shown, no grids: {}", skipped.join(", ")));
     }

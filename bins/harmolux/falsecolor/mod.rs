@@ -6,8 +6,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
-use harmolux::error::InputError;
+use harmolux::error::{InputError, shown};
 use harmolux::io::images::{Attribute, Exr};
+use harmolux::io::input::Input;
 use harmolux::io::output::Output;
 use harmolux::io::sensor_table::{self, MeasuredGroup};
 use harmolux::plots::{ColourScale, FalseColour, Isolux, Palette, Scale, ScaleOptions, Tally};
@@ -18,7 +19,7 @@ use self::grids::choose;
 use crate::common::exit::Code;
 use crate::common::flags::choices;
 use crate::common::plot::{PlotFormat, unknown_output};
-use crate::common::say;
+use crate::common::{paths, say};
 
 /// The share of the pixels that a scale reaches by itself: the brightest, lamps and their glints,
 /// would leave the rest dark.
@@ -122,7 +123,7 @@ pub(crate) fn run(verb: &Falsecolor, as_json: bool) -> Result<Code> {
         say::warning(&format!("{count} {verb} not finite; shown magenta"));
     }
     if as_json {
-        say::data(&shown.json(&tally, &verb.output).to_string());
+        say::json(&shown.json(&tally, &verb.output));
     } else {
         shown.report(&tally, &verb.output);
     }
@@ -148,16 +149,12 @@ enum Drawing {
 impl Shown {
     fn read(verb: &Falsecolor) -> Result<Self> {
         let path = &verb.input;
-        if path.is_dir() {
-            let help = "name a file in it";
-            return Err(InputError::new(path, "this is a folder").help(help).into());
-        }
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+        let bytes = Input::open(path)?.rest()?;
         if bytes.starts_with(EXR) {
             return Self::picture(verb, &Exr::from_bytes(path, &bytes)?);
         }
         let is_table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-        if !is_table {
+        if !is_table && !sensor_table::recognise(&bytes) {
             let message = "this is neither an EXR picture nor a CSV table";
             let help =
                 "give what `harmolux render -o view.exr` or `harmolux illum -o lux.csv` wrote";
@@ -211,10 +208,11 @@ impl Shown {
         let behind =
             if hidden == 0 { String::new() } else { format!(", {hidden} behind an object") };
         let [columns, rows] = lattice.size;
-        let subject = ("grid", format!("{}, {columns} x {rows}{behind}", group.name));
+        let name = shown(&group.name);
+        let subject = ("grid", format!("{name}, {columns} x {rows}{behind}"));
         let title = match column {
-            ILLUMINANCE => group.name,
-            other => format!("{}: {other}", group.name),
+            ILLUMINANCE => name,
+            other => format!("{name}: {other}"),
         };
         let grid = Isolux {
             title,
@@ -303,7 +301,7 @@ impl Shown {
         };
         let [low, high] = self.scale.range();
         let [below, above] = self.scale.outside(&self.values);
-        json!({
+        let mut value = json!({
             "unit": self.unit,
             "low": low,
             "high": high,
@@ -317,8 +315,9 @@ impl Shown {
             "nothing": self.nothing(),
             "below": below,
             "above": above,
-            "written": outputs,
-        })
+        });
+        paths::put_all(&mut value, "written", outputs.iter().map(PathBuf::as_path));
+        value
     }
 }
 
@@ -356,5 +355,5 @@ fn coordinate(x: f64) -> String {
 
 /// Writes a unit as it is printed: cd/m\u{b2}.
 fn written(unit: &str) -> String {
-    unit.replace("m2", "m\u{b2}")
+    shown(unit).replace("m2", "m\u{b2}")
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use harmolux::error::shown;
 use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::study::batch;
@@ -64,7 +65,7 @@ fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
     }
     csv.write(&table.to_csv()?)?;
     if as_json {
-        say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
+        say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
         print(&rows);
         say::note(&format!("written to {}", verb.output.display()));
@@ -95,7 +96,8 @@ fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, ShapeFile)>> {
 
 fn fit_one(verb: &Fit, mesh: &Path, output: ShapeFile) -> Row {
     let started = Instant::now();
-    let fitted = fit_file(verb, mesh).and_then(|f| write(verb, &f, mesh, output).map(|()| f));
+    let fitted = fit_file(verb, mesh)
+        .and_then(|(fitted, source)| write(verb, &fitted, source, output).map(|()| fitted));
     Row { name: mesh.display().to_string(), fitted, seconds: started.elapsed().as_secs_f64() }
 }
 
@@ -184,7 +186,7 @@ fn print(rows: &[Row]) {
             }
             Err(_) => ["not fitted", "", "", "", "", &seconds].map(str::to_owned),
         };
-        table.add_row(std::iter::once(row.name.clone()).chain(cells));
+        table.add_row(std::iter::once(shown(&row.name)).chain(cells));
     }
     say::data(&table.to_string());
 }
@@ -236,7 +238,7 @@ impl Meter {
             }
         }
         if let Some(bar) = &self.bar {
-            bar.set_message(name.clone());
+            bar.set_message(shown(name));
             bar.inc(1);
         } else if let Ok(mut spoken) = self.spoken.lock()
             && spoken.elapsed() >= PLAIN_EVERY

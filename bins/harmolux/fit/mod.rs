@@ -12,16 +12,16 @@ use harmolux::Result;
 use harmolux::fit::Envelope;
 use harmolux::fit::Shape;
 use harmolux::fit::{
-    Fit as MeshFit, FitSettings, FoldPolicy, PointFit, Projection, fit, fit_points,
+    Fit as MeshFit, FitSettings, FoldPolicy, PointFit, Projection, Source, fit, fit_points,
 };
 use harmolux::io::coefficients::Tolerance;
-use harmolux::io::points;
+use harmolux::io::input::Input;
 use harmolux::sh::Filter;
 
 use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, choices};
-use crate::common::inputs::{read_mesh, read_points, source};
+use crate::common::inputs::{MeshRead, holds_points, read_mesh, read_points};
 use crate::common::shape_file::{self, ShapeFile};
 use crate::common::values::{point, tolerance};
 
@@ -119,8 +119,8 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
 fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
     let started = Instant::now();
     let output = shape_file::open(&verb.output, verb.force)?;
-    let fitted = fit_file(verb, mesh)?;
-    write(verb, &fitted, mesh, output)?;
+    let (fitted, source) = fit_file(verb, mesh)?;
+    write(verb, &fitted, source, output)?;
     report::print(verb, &fitted, started.elapsed(), as_json);
     Ok(Code::Done)
 }
@@ -130,16 +130,17 @@ fn is_folder(output: &Path) -> bool {
     output.is_dir() || output.extension().is_none()
 }
 
-/// Fits a mesh or point file.
-pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<Fitted> {
-    if points::is_points(path) {
-        let cloud = read_points(path, &verb.habits)?;
-        let settings = settings(verb, ProjectionName::LeastSquares);
-        return fit_points(&cloud, &settings).map(Fitted::Points).map_err(|e| about(path, e));
+/// Fits a mesh or point file, and names it.
+pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<(Fitted, Source)> {
+    let mut input = Input::open(path)?;
+    if holds_points(&mut input)? {
+        let (cloud, source) = read_points(input, &verb.habits)?;
+        let fitted = fit_points(&cloud, &settings(verb, ProjectionName::LeastSquares));
+        return fitted.map(|f| (Fitted::Points(f), source)).map_err(|e| about(path, e));
     }
-    let mesh = read_mesh(path, &verb.habits)?;
+    let MeshRead { mesh, source, .. } = read_mesh(input, &verb.habits)?;
     let fitted = fit(&mesh, &settings(verb, ProjectionName::Conforming));
-    fitted.map(|f| Fitted::Mesh(Box::new(f))).map_err(|e| about(path, e))
+    fitted.map(|f| (Fitted::Mesh(Box::new(f)), source)).map_err(|e| about(path, e))
 }
 
 fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
@@ -156,13 +157,12 @@ fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
 
 /// Writes the coefficients of a fit; the compact form, unless told otherwise, to a fifth of the
 /// fit's own error.
-pub(crate) fn write(verb: &Fit, fitted: &Fitted, path: &Path, output: ShapeFile) -> Result<()> {
+pub(crate) fn write(verb: &Fit, fitted: &Fitted, source: Source, output: ShapeFile) -> Result<()> {
     let (coefficients, centre, rms) = match fitted {
         Fitted::Mesh(fit) => (fit.coefficients.clone(), fit.centre, fit.error.rms),
         Fitted::Points(fit) => (fit.coefficients.clone(), fit.centre, fit.rms),
     };
-    let source = Some(source(path)?);
-    let shape = Shape { coefficients, centre, source, truncated_from: None };
+    let shape = Shape { coefficients, centre, source: Some(source), truncated_from: None };
     output.write_to(&shape, verb.tolerance.unwrap_or(Tolerance::Metres(0.2 * rms)))
 }
 

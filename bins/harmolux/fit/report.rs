@@ -7,7 +7,7 @@ use harmolux::fit::{Fit as MeshFit, PointFit, mesh_bytes, series_bytes};
 use harmolux::sh::{Coefficients, Filter};
 use serde_json::{Value, json};
 
-use crate::common::{progress, say};
+use crate::common::{paths, progress, say};
 use crate::fit::{Fit, Fitted};
 
 /// Says that a series rings, and what helps; nothing where it does not.
@@ -41,8 +41,8 @@ pub(crate) fn print(verb: &Fit, fitted: &Fitted, elapsed: Duration, as_json: boo
         };
         report["filter"] = json!(verb.filter.map(|f| f.to_string()));
         report["seconds"] = json!(elapsed.as_secs_f64());
-        report["written"] = json!(verb.output);
-        say::data(&report.to_string());
+        paths::put(&mut report, "written", &verb.output);
+        say::json(&report);
         return;
     }
     let (mut pairs, projection) = match fitted {

@@ -107,7 +107,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
         map.write(&groups)?;
     }
     if as_json {
-        say::data(&report::json(&table, &groups, &survey)?);
+        say::raw(&report::json(&table, &groups, &survey)?);
     } else {
         if verb.plot {
             plot::print(&figure)?;

@@ -2,6 +2,7 @@
 
 use comfy_table::Table as TextTable;
 use glam::DVec3;
+use harmolux::error::shown;
 use harmolux::estimators::{Bracket, GroupSummary, Survey};
 use harmolux::io::scene_file::Limit;
 use harmolux::io::tables::Table;
@@ -20,33 +21,33 @@ pub(crate) fn group(group: &Group) {
     if group.sensors.is_empty() {
         return;
     }
-    say::data(&values(group).to_string());
+    let label = shown(group.name);
+    say::data(&values(group, &label).to_string());
     let hidden = group.behind.iter().flatten().count();
     if hidden > 0 {
         say::data(&format!(
-            "{}: {} of {} sensors count, {hidden} are behind an object",
-            group.name,
+            "{label}: {} of {} sensors count, {hidden} are behind an object",
             group.sensors.len() - hidden,
             group.sensors.len()
         ));
     }
     if let Some(GroupSummary { mean, least, largest, uniformity }) = &group.summary {
         for (name, bracket) in [("mean", mean), ("least", least), ("largest", largest)] {
-            say::data(&format!("{}: {name} {} lx", group.name, text(bracket)));
+            say::data(&format!("{label}: {name} {} lx", text(bracket)));
         }
         let uniformity = uniformity.as_ref().map_or("-".to_owned(), text);
-        say::data(&format!("{}: U0 {uniformity}", group.name));
-        comparison(group);
+        say::data(&format!("{label}: U0 {uniformity}"));
+        comparison(group, &label);
     }
     for judged in &group.judged {
-        say::data(&format!("{}: {}", group.name, sentence(judged)));
+        say::data(&format!("{label}: {}", sentence(judged)));
     }
     say::data("");
 }
 
 /// Tells how many sensors agree with what is known, and how far the farthest is off, as the largest
 /// difference over the largest exact value.
-fn comparison(group: &Group) {
+fn comparison(group: &Group, label: &str) {
     let compared = || group.comparisons().flatten();
     let count = compared().count();
     if count == 0 {
@@ -63,14 +64,13 @@ fn comparison(group: &Group) {
         format!("{agree} of {count} agree with the exact values (joint test, false alarm 1e-3)")
     };
     say::data(&format!(
-        "{}: {judged}; max |dE| / max E = {}",
-        group.name,
+        "{label}: {judged}; max |dE| / max E = {}",
         say::percent(off.fold(0.0, f64::max) / largest)
     ));
 }
 
-fn values(group: &Group) -> TextTable {
-    let mut header = vec![group.name, "x m", "y m", "z m", "E lx", "± 95 %", "direct lx"];
+fn values(group: &Group, label: &str) -> TextTable {
+    let mut header = vec![label, "x m", "y m", "z m", "E lx", "± 95 %", "direct lx"];
     let mut comparisons = group.comparisons().peekable();
     if comparisons.peek().is_some() {
         header.extend(["exact lx", "off by s.e.", "agrees"]);
@@ -83,7 +83,7 @@ fn values(group: &Group) -> TextTable {
         let illuminance = match behind {
             None if r.total.mean.is_nan() => "unknown".to_owned(),
             None => measured(&r.total),
-            Some(object) => format!("behind {object}"),
+            Some(object) => format!("behind {}", shown(object)),
         };
         let mut row = vec![
             (i + 1).to_string(),

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use harmolux::error::shown;
 use harmolux::study::DetailedObject;
 use serde_json::{Value, json};
 
@@ -23,7 +24,7 @@ pub(crate) fn tell(details: &[DetailedObject]) {
 
 fn line(degree: usize, full: usize, objects: &[&DetailedObject]) -> String {
     let who = match objects {
-        [one] => format!("`{}`", one.name),
+        [one] => format!("`{}`", shown(&one.name)),
         many => format!("{} objects", many.len()),
     };
     let details = || objects.iter().map(|object| object.detail);

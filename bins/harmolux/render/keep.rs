@@ -8,6 +8,7 @@ use harmolux::io::checkpoint::{self, Fingerprint};
 use harmolux::io::output::{Claim, Kind, Output};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::scene::{Camera, Film};
+use harmolux::study::Loaded;
 use harmolux::{Error, Result};
 
 use crate::common::advice;
@@ -55,9 +56,10 @@ impl Place {
         file: &SceneFile,
         camera: &Camera,
         settings: &ImageSettings,
+        loaded: &Loaded,
     ) -> Result<(Film, Kept)> {
         let window = camera.window();
-        let fingerprint = fingerprint(file, camera, settings)?;
+        let fingerprint = fingerprint(file, camera, settings)?.with_files(&loaded.files);
         let film = match self.resume.filter(|path| !said_empty(path)) {
             None => Film::new(window.size(), REPLICATES)?,
             Some(path) => {

@@ -8,6 +8,7 @@ mod target;
 use std::path::PathBuf;
 
 use clap::Args;
+use harmolux::error::shown;
 use harmolux::estimators::{
     Checkpointer, Ending, Estimator, ImageSettings, Progress, Rendering, SHARE_WITHIN, Weighting,
     resume,
@@ -31,7 +32,7 @@ use crate::common::progress::{self, Meter};
 use crate::common::scenes::{distinct, read_scene, stop, tell};
 use crate::common::surveys::code;
 use crate::common::values::size;
-use crate::common::{interrupt, say};
+use crate::common::{interrupt, paths, say};
 
 /// Render the luminance, cd/m2, that a camera sees
 ///
@@ -122,7 +123,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     detail::tell(&loaded.details);
     let settings = settings(&file.render, &loaded.scene, &verb.common);
     interrupt::listen();
-    let (film, mut kept) = place.take(&file, &camera, &settings)?;
+    let (film, mut kept) = place.take(&file, &camera, &settings, &loaded)?;
     let meter = Meter::start("rendering", ERROR);
     let write = |image: Image, output: &Output, rendering: &Rendering| {
         image.write(output, rendering, &loaded.scene, &camera, &file, &settings)
@@ -150,9 +151,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     kept.end(&rendering);
     warn(&rendering);
     if as_json {
-        say::data(
-            &report_json(&loaded, &rendering, settings.stop.relative_error, &written).to_string(),
-        );
+        say::json(&report_json(&loaded, &rendering, settings.stop.relative_error, &written));
     } else {
         report(&loaded.fits, &rendering, &written);
     }
@@ -284,7 +283,7 @@ fn object_lines(fits: &[FittedObject]) -> Vec<(&'static str, String)> {
         let (own, mesh) = (series_bytes(lmax), mesh_bytes(fit.mesh_size));
         lines.push((
             "object",
-            format!("{name}: degree {lmax}, {} coefficients", fit.coefficients.count()),
+            format!("{}: degree {lmax}, {} coefficients", shown(name), fit.coefficients.count()),
         ));
         lines.push((
             "storage",
@@ -366,7 +365,7 @@ fn report_json(
         })
         .collect();
     let (mean, standard_error) = film.mean();
-    json!({
+    let mut value = json!({
         "objects": objects,
         "details": detail::json(&loaded.details),
         "patch_bytes": loaded.preparation.patch_bytes,
@@ -386,6 +385,7 @@ fn report_json(
         "non_finite_samples": film.non_finite(),
         "first_pass_share": rendering.unfinished,
         "ending": rendering.ending.name(),
-        "written": written,
-    })
+    });
+    paths::put_all(&mut value, "written", written.iter().map(PathBuf::as_path));
+    value
 }

@@ -1,8 +1,12 @@
 //! What must be the same for a run to go on, in the words of the scene file.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use super::super::output::SOFTWARE;
-use super::super::scene_file::{ObjectSpec, SceneFile};
-use crate::{Error, Result};
+use super::super::scene_file::SceneFile;
+use crate::Result;
+use crate::io::input::FilesRead;
 
 /// Says all that must be the same for a run to go on: names and values, in order.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -23,11 +27,11 @@ impl Fingerprint {
     }
 
     /// Adds what a scene says of the camera that takes the picture, of detail, materials, lights
-    /// and objects, and the contents of the files it refers to. Comments, layout, sensors, other
-    /// cameras, the number of pixels and stop rules may change.
+    /// and objects. Comments, layout, sensors, other cameras, the number of pixels and stop rules
+    /// may change.
     ///
     /// # Errors
-    /// [`Error::Io`] when such a file cannot be read; [`Error::Input`] when no camera is chosen.
+    /// [`crate::Error::Input`] when no camera is chosen.
     pub fn with_scene(mut self, scene: &SceneFile) -> Result<Self> {
         let camera = scene.camera()?.0;
         self = self.with("the camera", camera);
@@ -43,18 +47,22 @@ impl Fingerprint {
                 self = self.with(&key, value);
             }
         }
-        for (name, object) in &scene.objects {
-            let file = match object {
-                ObjectSpec::Sh(sh) => &sh.file,
-                ObjectSpec::Mesh(mesh) => &mesh.file,
-                _ => continue,
-            };
-            let path = &file.resolved;
-            let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
-            let value = format!("{} bytes, CRC-32 {:08x}", bytes.len(), crc32fast::hash(&bytes));
-            self = self.with(&format!("the file of objects.{name}"), value);
-        }
         Ok(self)
+    }
+
+    /// Adds what was read for each object when the scene was loaded: its file, and the files that
+    /// this names, by their places beside it.
+    pub fn with_files(mut self, objects: &BTreeMap<String, FilesRead>) -> Self {
+        for (object, FilesRead { file, beside }) in objects {
+            self = self.with(&format!("the file of objects.{object}"), file.to_string());
+            let folder = file.path().parent().unwrap_or(Path::new(""));
+            for other in beside {
+                let place = other.path().strip_prefix(folder).unwrap_or(other.path());
+                let name = format!("the file `{}` of objects.{object}", place.display());
+                self = self.with(&name, other.to_string());
+            }
+        }
+        self
     }
 
     /// Says what differs from `other`, the present one; `None` when they agree.
@@ -78,9 +86,8 @@ impl Fingerprint {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
+    use crate::io::input::Input;
 
     const ROOM: &str = "format = 1
 [materials.grey.lambert]
@@ -149,6 +156,26 @@ camera = \"main\"
             let said = of(ROOM, &[]).difference(&of(ROOM, &[(key, value)]));
             assert_eq!(said.as_deref(), Some(says));
         }
+    }
+
+    #[test]
+    fn files_are_told_by_object_and_place() {
+        let of = |file: &[u8], beside: &[u8]| {
+            let read = |path: &str, bytes: &[u8]| {
+                Input::of_bytes(Path::new(path), bytes).finish().expect("in memory").file
+            };
+            let beside = vec![read("shapes/parts/m.bin", beside)];
+            let read = FilesRead { file: read("shapes/m.gltf", file), beside };
+            Fingerprint::new().with_files(&BTreeMap::from([("head".to_owned(), read)]))
+        };
+        let first = of(b"{}", b"");
+        assert_eq!(first.difference(&of(b"{}", b"")), None);
+        let said = first.difference(&of(b"{ }", b"")).expect("differs");
+        assert!(said.starts_with("the file of objects.head was `2 bytes, fnv1a64:"), "{said}");
+        let said = first.difference(&of(b"{}", b"foobar")).expect("differs");
+        let expected = "the file `parts/m.bin` of objects.head was `0 bytes, \
+                        fnv1a64:cbf29ce484222325`, is `6 bytes, fnv1a64:85944171f73967e8`";
+        assert_eq!(said, expected);
     }
 
     #[test]

@@ -43,7 +43,8 @@ pub fn write(shape: &Shape, convention: Convention) -> Result<Vec<u8>> {
 /// order 0.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let convention = agreed(path, "the file says", None, options.convention)?;
-    let lmax = degree(bytes).map_err(|message| InputError::new(path, message))?;
+    let lmax =
+        degree(bytes, bytes.len() as u64).map_err(|message| InputError::new(path, message))?;
     let triangle = (lmax + 1) * (lmax + 2) / 2;
     let value = |l: usize, m: usize| {
         let at = 2 + l * (l + 1) / 2 + m;
@@ -52,18 +53,18 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
     Ok(Shape::new(collect(path, lmax, convention, value)?))
 }
 
-/// Whether bytes are such a file: two whole numbers, and the size they announce.
-pub(super) fn is_bshc(bytes: &[u8]) -> bool {
-    degree(bytes).is_ok()
+/// Whether a file of this size that begins so is such a file: two whole numbers, and the size they
+/// announce.
+pub(super) fn is_bshc(head: &[u8], size: u64) -> bool {
+    degree(head, size).is_ok()
 }
 
 /// Reads the highest degree, and checks that the file has its size.
-fn degree(bytes: &[u8]) -> Result<usize, String> {
-    let size = bytes.len();
-    if size < 2 * NUMBER {
+fn degree(head: &[u8], size: u64) -> Result<usize, String> {
+    if head.len() < 2 * NUMBER {
         return Err(format!("{size} bytes are too few for a bshc file"));
     }
-    let (first, last) = (number(bytes, 0), number(bytes, 1));
+    let (first, last) = (number(head, 0), number(head, 1));
     if first != 0.0 || !(0.0..=1e6).contains(&last) || last.fract() != 0.0 {
         return Err(format!(
             "the file announces degrees {first:?} to {last:?}: a radius has all degrees from 0 to \
@@ -72,7 +73,7 @@ fn degree(bytes: &[u8]) -> Result<usize, String> {
     }
     let count = (last as u64 + 1) * (last as u64 + 2);
     let expected = (count + 2) * NUMBER as u64;
-    if size as u64 != expected {
+    if size != expected {
         return Err(format!(
             "degree {last} takes {expected} bytes, the file has {size}: part of it is lost, or it \
              is no bshc file"

@@ -26,6 +26,7 @@ use std::path::Path;
 
 use crate::error::{Advice, InputError};
 use crate::fit::Shape;
+use crate::io::input::{FilesRead, Input};
 use crate::sh::Convention;
 use crate::{Error, Result};
 
@@ -48,7 +49,16 @@ pub struct ReadOptions {
 /// # Errors
 /// [`Error::Io`] when the file cannot be read, else as [`parse`].
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Shape> {
-    parse(path, &load(path)?, options)
+    Ok(read_input(Input::open(path)?, options)?.0)
+}
+
+/// Reads a coefficient file as [`read`] does, and says what was read.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_input(mut input: Input, options: &ReadOptions) -> Result<(Shape, FilesRead)> {
+    let shape = parse(input.path(), &input.rest()?, options)?;
+    Ok((shape, input.finish()?))
 }
 
 /// Reads a coefficient file of which no more can be said than its name: what must be said of it is
@@ -56,8 +66,8 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Shape> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_as_stated(path: &Path) -> Result<Shape> {
-    read(path, &ReadOptions::default()).map_err(|e| advise_conversion(e, &|_| false))
+pub fn read_as_stated(input: Input) -> Result<(Shape, FilesRead)> {
+    read_input(input, &ReadOptions::default()).map_err(|e| advise_conversion(e, &|_| false))
 }
 
 /// Turns the advice to say more of a file into that to say it when the file is converted, but for
@@ -70,19 +80,6 @@ pub fn advise_conversion(error: Error, here: &dyn Fn(&Advice) -> bool) -> Error 
         input.advice = Some(Box::new(Advice::Convert { advice, path }));
     }
     Error::Input(input)
-}
-
-/// Loads a whole file.
-///
-/// # Errors
-/// [`Error::Input`] for a folder, [`Error::Io`] when the file cannot be read.
-pub fn load(path: &Path) -> Result<Vec<u8>> {
-    if path.is_dir() {
-        let help = "name a file in it";
-        let message = "this is a folder, not a coefficient file";
-        return Err(InputError::new(path, message).help(help).into());
-    }
-    std::fs::read(path).map_err(|e| Error::io(path, "read", e))
 }
 
 /// Reads the bytes of a coefficient file; `path` is for messages and, where the content leaves a

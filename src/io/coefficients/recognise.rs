@@ -11,32 +11,30 @@ const HEAD: usize = 4096;
 /// Returns the format of a coefficient file from its content and, for a text or for bytes without a
 /// sign of their own, its extension; `None` when neither is that of a coefficient file.
 pub fn recognise(path: &Path, bytes: &[u8]) -> Option<SeriesFormat> {
-    recognise_content(bytes).or_else(|| SeriesFormat::of_extension(path))
+    recognise_content(bytes, bytes.len() as u64).or_else(|| SeriesFormat::of_extension(path))
 }
 
-/// Returns the format from the content alone; `None` when that says nothing.
-pub fn recognise_content(bytes: &[u8]) -> Option<SeriesFormat> {
-    if bytes.starts_with(&binary::MAGIC) {
+/// Returns the format by the beginning of a file, 64 KiB or all of it, and its length; `None` when
+/// that says nothing.
+pub fn recognise_content(head: &[u8], length: u64) -> Option<SeriesFormat> {
+    if head.starts_with(&binary::MAGIC) {
         return Some(SeriesFormat::Binary);
     }
-    if bytes.starts_with(&compact::MAGIC) {
+    if head.starts_with(&compact::MAGIC) {
         return Some(SeriesFormat::Compact);
     }
-    if bytes.starts_with(npy::MAGIC) {
-        return Some(array(bytes));
+    if head.starts_with(npy::MAGIC) {
+        return Some(array(head));
     }
-    if bshc::is_bshc(bytes) {
+    if bshc::is_bshc(head, length) {
         return Some(SeriesFormat::Bshc);
     }
-    text(bytes)
+    text(head)
 }
 
 /// Returns complex numbers from real ones.
-fn array(bytes: &[u8]) -> SeriesFormat {
-    match npy::Array::parse(Path::new(""), bytes) {
-        Ok(array) if array.complex && array.shape.len() < 3 => SeriesFormat::Alm,
-        _ => SeriesFormat::Npy,
-    }
+fn array(head: &[u8]) -> SeriesFormat {
+    if npy::is_complex_list(head) { SeriesFormat::Alm } else { SeriesFormat::Npy }
 }
 
 /// Returns the texts apart by how they begin.

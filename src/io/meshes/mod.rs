@@ -21,6 +21,7 @@ mod welding;
 use std::path::Path;
 
 use crate::Result;
+use crate::io::input::{FilesRead, Input};
 use crate::mesh::Mesh;
 use source::Source;
 
@@ -43,7 +44,18 @@ pub use samples::SurfaceSamples;
 /// # Ok::<(), harmolux::Error>(())
 /// ```
 pub fn read(path: &Path) -> Result<Mesh> {
-    parse_source(Source::open(path)?)
+    parse_source(&mut Source::open(path)?)
+}
+
+/// Reads a mesh as [`read`] does, and says what was read for it: with a glTF file, its buffers
+/// beside it.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_input(input: Input) -> Result<(Mesh, FilesRead)> {
+    let mut source = Source::new(input);
+    let mesh = parse_source(&mut source)?;
+    Ok((mesh, source.finish()?))
 }
 
 /// Reads a mesh from the bytes of a file; `path` gives the extension where the content cannot tell,
@@ -52,18 +64,18 @@ pub fn read(path: &Path) -> Result<Mesh> {
 /// # Errors
 /// As [`read`].
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
-    parse_source(Source::of_bytes(path, bytes))
+    parse_source(&mut Source::of_bytes(path, bytes))
 }
 
-fn parse_source(mut source: Source) -> Result<Mesh> {
+fn parse_source(source: &mut Source) -> Result<Mesh> {
     let length = source.length();
-    let told = format_of(source.ahead()?, length);
+    let told = recognise(source.ahead()?, length);
     match told.or_else(|| MeshFormat::of_extension(source.path())) {
-        Some(MeshFormat::Obj) => obj::parse(&mut source),
-        Some(MeshFormat::Ply) => ply::parse(&mut source),
-        Some(MeshFormat::Stl) => stl::parse(&mut source),
-        Some(MeshFormat::Off) => off::parse(&mut source),
-        Some(MeshFormat::Gltf) => gltf::parse(&mut source),
+        Some(MeshFormat::Obj) => obj::parse(source),
+        Some(MeshFormat::Ply) => ply::parse(source),
+        Some(MeshFormat::Stl) => stl::parse(source),
+        Some(MeshFormat::Off) => off::parse(source),
+        Some(MeshFormat::Gltf) => gltf::parse(source),
         None => {
             let help = "meshes are read as OBJ, PLY, STL, OFF and glTF; export it as one of them";
             Err(source.fault("unrecognised mesh format", help))
@@ -71,13 +83,9 @@ fn parse_source(mut source: Source) -> Result<Mesh> {
     }
 }
 
-/// Returns the format by the bytes of a whole file; `None` when they say nothing.
-pub fn recognise(bytes: &[u8]) -> Option<MeshFormat> {
-    format_of(bytes, bytes.len() as u64)
-}
-
-/// Returns the format by the beginning of a file and its length; `None` when that says nothing.
-fn format_of(head: &[u8], length: u64) -> Option<MeshFormat> {
+/// Returns the format by the beginning of a file, 64 KiB or all of it, and its length; `None` when
+/// that says nothing.
+pub fn recognise(head: &[u8], length: u64) -> Option<MeshFormat> {
     let is_ply = head
         .strip_prefix(b"ply")
         .is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace));
@@ -130,7 +138,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let missing = folder.path().join("missing.obj");
         assert!(error_of(&missing).starts_with(&format!("{}: cannot read: ", missing.display())));
-        assert!(error_of(folder.path()).contains(": this is a folder, not a mesh file"));
+        assert!(error_of(folder.path()).contains(": this is a folder, not a file"));
     }
 
     #[test]

@@ -4,23 +4,18 @@
 //! Nothing here holds more than a buffer and one line, so that what a reader takes is the mesh it
 //! makes.
 
-use std::fs::{self, File};
-use std::io::{BufRead, BufReader, Cursor, Read};
+use std::io::{BufRead, Read};
 use std::path::Path;
 
 use glam::DVec3;
 
 use crate::error::InputError;
+use crate::io::input::{FilesRead, Input};
 use crate::{Error, Result};
-
-/// How much of a file is seen at once, bytes: what tells its format is within.
-const BUFFER: usize = 1 << 16;
 
 /// Reads a file from its beginning to its end.
 pub(super) struct Source<'a> {
-    path: &'a Path,
-    reader: Box<dyn BufRead + 'a>,
-    length: u64,
+    input: Input<'a>,
     taken: u64,
     /// The number of the line read last, from 1.
     line: usize,
@@ -29,82 +24,76 @@ pub(super) struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// Opens a file. What is no regular file (a pipe) is read into memory, since its length is not
-    /// known before.
+    /// Opens a file or a pipe.
     pub(super) fn open(path: &'a Path) -> Result<Self> {
-        if path.is_dir() {
-            let help = "name a file in it";
-            let error = InputError::new(path, "this is a folder, not a mesh file").help(help);
-            return Err(error.into());
-        }
-        let refused = |e| Error::io(path, "read", e);
-        let file = File::open(path).map_err(refused)?;
-        let known = fs::metadata(path).map_err(refused)?;
-        if known.is_file() {
-            let reader = Box::new(BufReader::with_capacity(BUFFER, file));
-            return Ok(Self::new(path, reader, known.len()));
-        }
-        let mut bytes = Vec::new();
-        { file }.read_to_end(&mut bytes).map_err(refused)?;
-        let length = bytes.len() as u64;
-        Ok(Self::new(path, Box::new(Cursor::new(bytes)), length))
+        Input::open(path).map(Self::new)
     }
 
     /// Takes bytes for the content of a file; `path` is for errors.
     pub(super) fn of_bytes(path: &'a Path, bytes: &'a [u8]) -> Self {
-        Self::new(path, Box::new(bytes), bytes.len() as u64)
+        Self::new(Input::of_bytes(path, bytes))
     }
 
-    fn new(path: &'a Path, reader: Box<dyn BufRead + 'a>, length: u64) -> Self {
-        Self { path, reader, length, taken: 0, line: 0, text: Vec::new() }
+    /// Takes a file that is open, at its beginning.
+    pub(super) fn new(input: Input<'a>) -> Self {
+        Self { input, taken: 0, line: 0, text: Vec::new() }
+    }
+
+    /// Reads what is left, and says what was read.
+    pub(super) fn finish(self) -> Result<FilesRead> {
+        self.input.finish()
+    }
+
+    /// Reads at most the first `most` bytes of a file that this one names.
+    pub(super) fn read_beside(&mut self, path: &Path, most: u64) -> Result<Vec<u8>> {
+        self.input.read_beside(path, most)
     }
 
     /// Returns the path of the file.
     pub(super) fn path(&self) -> &'a Path {
-        self.path
+        self.input.path()
     }
 
     /// Returns the length of the file, bytes.
     pub(super) fn length(&self) -> u64 {
-        self.length
+        self.input.length()
     }
 
     /// Returns how many bytes are left.
     pub(super) fn left(&self) -> u64 {
-        self.length.saturating_sub(self.taken)
+        self.length().saturating_sub(self.taken)
     }
 
     /// Shows the bytes that come next, at the beginning of a file 64 KiB or all of them, without
     /// taking them.
     pub(super) fn ahead(&mut self) -> Result<&[u8]> {
-        self.reader.fill_buf().map_err(|e| Error::io(self.path, "read", e))
+        self.input.ahead()
     }
 
     /// Fills `bytes` with what comes next; false when so much is not left.
     pub(super) fn fill(&mut self, bytes: &mut [u8]) -> Result<bool> {
-        match self.reader.read_exact(bytes) {
+        match self.input.read_exact(bytes) {
             Ok(()) => {
                 self.taken += bytes.len() as u64;
                 Ok(true)
             }
             Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Ok(false),
-            Err(e) => Err(Error::io(self.path, "read", e)),
+            Err(e) => Err(Error::io(self.path(), "read", e)),
         }
     }
 
     /// Passes over so many bytes; false when so many are not left.
     pub(super) fn skip(&mut self, count: u64) -> Result<bool> {
-        let mut rest = (&mut self.reader).take(count);
+        let mut rest = (&mut self.input).take(count);
         let passed = std::io::copy(&mut rest, &mut std::io::sink())
-            .map_err(|e| Error::io(self.path, "read", e))?;
+            .map_err(|e| Error::io(self.path(), "read", e))?;
         self.taken += passed;
         Ok(passed == count)
     }
 
     /// Takes all that is left.
     pub(super) fn rest(&mut self) -> Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        self.reader.read_to_end(&mut bytes).map_err(|e| Error::io(self.path, "read", e))?;
+        let bytes = self.input.rest()?;
         self.taken += bytes.len() as u64;
         Ok(bytes)
     }
@@ -118,8 +107,8 @@ impl<'a> Source<'a> {
 
     /// Adds the next line to the one shown.
     pub(super) fn append_line(&mut self) -> Result<bool> {
-        let read = self.reader.read_until(b'\n', &mut self.text);
-        let read = read.map_err(|e| Error::io(self.path, "read", e))?;
+        let read = self.input.read_until(b'\n', &mut self.text);
+        let read = read.map_err(|e| Error::io(self.path(), "read", e))?;
         self.taken += read as u64;
         if self.text.last() == Some(&b'\n') {
             self.text.pop();
@@ -167,7 +156,7 @@ impl<'a> Source<'a> {
 
     /// Rejects the file as a whole.
     pub(super) fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
-        InputError::new(self.path, message).help(help).into()
+        InputError::new(self.path(), message).help(help).into()
     }
 
     /// Rejects a line.
@@ -177,7 +166,7 @@ impl<'a> Source<'a> {
         message: impl Into<String>,
         help: impl Into<String>,
     ) -> Error {
-        InputError::new(self.path, message).at(line, None).help(help).into()
+        InputError::new(self.path(), message).at(line, None).help(help).into()
     }
 
     /// Rejects the line read last.
@@ -197,17 +186,8 @@ pub(super) fn number<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// Shows a word in a message: as text, and not much of it.
-pub(super) fn shown(word: &[u8]) -> String {
-    const LONGEST: usize = 40;
-    let text = String::from_utf8_lossy(&word[..word.len().min(4 * LONGEST)]);
-    let mut short: String =
-        text.chars().take(LONGEST).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
-    if text.chars().count() > LONGEST {
-        short.push_str("...");
-    }
-    short
-}
+/// Shows a word in a message.
+pub(super) use crate::error::shown_bytes as shown;
 
 /// Says that a vertex (from 0) is not where numbers are.
 pub(super) fn not_finite(vertex: usize, position: DVec3) -> (String, &'static str) {

@@ -51,6 +51,7 @@ pub use surface_sensor::{SurfaceLayout, SurfacePlace, SurfaceSpec};
 pub use task::{DetailSpec, IllumEstimator, IllumSpec, RenderEstimator, RenderSpec, StopSpec};
 
 use crate::error::InputError;
+use crate::io::input::Input;
 use crate::{Error, Result};
 use light::WrittenLight;
 use sensor::WrittenSensor;
@@ -88,8 +89,7 @@ impl SceneFile {
     /// # Errors
     /// [`Error::Io`] when the file cannot be read, and those of [`SceneFile::parse`].
     pub fn read(path: &Path, overrides: &[(&str, &str)]) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|source| Error::io(path, "read", source))?;
-        match String::from_utf8(bytes) {
+        match String::from_utf8(Input::open(path)?.rest()?) {
             Ok(text) => Self::parse(path, &text, overrides),
             Err(error) => Err(not_utf8(path, &error)),
         }

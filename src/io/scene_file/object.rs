@@ -65,6 +65,15 @@ impl ObjectSpec {
         }
     }
 
+    /// Returns the file of the shape, if it has one.
+    pub fn file(&self) -> Option<&FileRef> {
+        match self {
+            Self::Mesh(spec) => Some(&spec.file),
+            Self::Sh(spec) => Some(&spec.file),
+            _ => None,
+        }
+    }
+
     pub(super) fn check(&self, entry: &Entry) -> Result<()> {
         match self {
             Self::Box(spec) => spec.check(entry),

@@ -26,6 +26,7 @@ use encode::{Samples, sort_attributes};
 
 use super::check_size;
 use crate::error::InputError;
+use crate::io::input::Input;
 use crate::io::output::{ReadWriteSeek, SOFTWARE};
 use crate::math::Rgb;
 use crate::{Error, Result};
@@ -304,8 +305,7 @@ impl Exr {
     /// # Errors
     /// [`Error::Io`] when the file cannot be read, [`Error::Input`] when it is not such an image.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
-        Self::from_bytes(path, &bytes)
+        Self::from_bytes(path, &Input::open(path)?.rest()?)
     }
 
     /// Decodes the bytes of an EXR file; `path` is for messages.

@@ -2,8 +2,6 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
 use base64::Engine;
@@ -12,9 +10,9 @@ use glam::DVec3;
 
 use super::document::{Accessor, Document};
 use super::{broken, item};
+use crate::Result;
 use crate::io::bytes::field;
 use crate::io::meshes::source::Source;
-use crate::{Error, Result};
 
 /// Holds the bytes of all buffers, each file once.
 pub(super) struct Buffers<'a> {
@@ -31,19 +29,19 @@ enum Place<'a> {
 impl<'a> Buffers<'a> {
     /// Loads what the document names; `binary` is the second chunk of a binary file.
     pub(super) fn load(
-        source: &Source,
+        source: &mut Source,
         document: &Document,
         binary: Option<&'a [u8]>,
     ) -> Result<Self> {
-        let mut all = Self { places: Vec::new(), files: BTreeMap::new() };
+        let mut all = Self { places: Vec::new(), files: load_files(source, document)? };
         for (index, buffer) in document.buffers.iter().enumerate() {
             let place = match (&buffer.uri, binary) {
                 (None, Some(bytes)) if index == 0 => Place::Inside(Cow::Borrowed(bytes)),
                 (None, _) => return Err(broken(source, format!("buffer {index} has no content"))),
-                (Some(uri), _) if uri.starts_with("data:") => {
+                (Some(uri), _) if is_data(uri) => {
                     Place::Inside(Cow::Owned(decoded(source, index, uri)?))
                 }
-                (Some(uri), _) => Place::File(all.load_file(source, uri, buffer.byte_length)?),
+                (Some(uri), _) => Place::File(beside(source, uri)?),
             };
             all.places.push(place);
             let found = all.bytes(index).len();
@@ -66,16 +64,6 @@ impl<'a> Buffers<'a> {
             Place::Inside(bytes) => bytes,
             Place::File(path) => self.files.get(path).map_or(&[], Vec::as_slice),
         }
-    }
-
-    fn load_file(&mut self, source: &Source, uri: &str, length: usize) -> Result<PathBuf> {
-        let path = beside(source, uri)?;
-        let present = self.files.get(&path).map_or(0, Vec::len);
-        if !self.files.contains_key(&path) || present < length {
-            let bytes = load_file(&path, length)?;
-            self.files.insert(path.clone(), bytes);
-        }
-        Ok(path)
     }
 
     /// Returns the items of an accessor: as many bytes apart, each of `components` numbers.
@@ -238,17 +226,23 @@ fn percent_decoded(uri: &str) -> String {
     String::from_utf8_lossy(&decoded).into_owned()
 }
 
-/// Reads the first `length` bytes of a file, or fewer when it has no more.
-fn load_file(path: &Path, length: usize) -> Result<Vec<u8>> {
-    let refused = |e| Error::io(path, "read", e);
-    if !fs::metadata(path).map_err(refused)?.is_file() {
-        return Err(refused(std::io::Error::other("this is no regular file")));
+/// Whether a buffer stands in the document itself.
+fn is_data(uri: &str) -> bool {
+    uri.starts_with("data:")
+}
+
+/// Reads the files beside the document, each once, as far as the longest of its buffers goes.
+fn load_files(source: &mut Source, document: &Document) -> Result<BTreeMap<PathBuf, Vec<u8>>> {
+    let mut lengths: BTreeMap<PathBuf, usize> = BTreeMap::new();
+    for buffer in &document.buffers {
+        if let Some(uri) = buffer.uri.as_deref().filter(|uri| !is_data(uri)) {
+            let longest = lengths.entry(beside(source, uri)?).or_default();
+            *longest = buffer.byte_length.max(*longest);
+        }
     }
-    let mut bytes = Vec::new();
-    File::open(path)
-        .map_err(refused)?
-        .take(length as u64)
-        .read_to_end(&mut bytes)
-        .map_err(refused)?;
-    Ok(bytes)
+    let load = |(path, length): (PathBuf, usize)| {
+        let bytes = source.read_beside(&path, length as u64)?;
+        Ok((path, bytes))
+    };
+    lengths.into_iter().map(load).collect()
 }

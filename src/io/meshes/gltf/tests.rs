@@ -180,7 +180,7 @@ fn documents_that_contradict_themselves_are_refused() {
         ("/buffers/0/uri", json!("no-such.bin"), "no-such.bin: cannot read"),
         ("/buffers/0/uri", json!("/etc/hosts"), "the buffer `/etc/hosts` is not beside the file"),
         ("/buffers/0/uri", json!("http://host/a.bin"), "is not beside the file"),
-        ("/buffers/0/uri", json!("."), "no regular file"),
+        ("/buffers/0/uri", json!("."), "this is a folder, not a file"),
         ("/buffers/0/uri", Value::Null, "buffer 0 has no content"),
     ] {
         match read(&changed(path, value.clone())) {

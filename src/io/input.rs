@@ -1,0 +1,312 @@
+//! The one door through which files come in. Each is opened once and read once, and what was read
+//! of it is known by its length and fingerprint.
+//!
+//! Nothing goes back: the format is told by what [`Input::ahead`] shows, so that a pipe is read as
+//! a file is. Its length is not known before its end, so it is held in memory.
+
+use std::fmt;
+use std::fs::{self, File, FileType};
+use std::io::{self, BufRead, BufReader, Cursor, Read};
+use std::path::{Path, PathBuf};
+
+use crate::error::InputError;
+use crate::fit::{Source, SourceHash};
+use crate::{Error, Result};
+
+/// How much of a file is seen at once, bytes: what tells its format is within.
+const BUFFER: usize = 1 << 16;
+
+/// The most that is taken from a pipe, bytes.
+const MOST_OF_PIPE: u64 = 1 << 30;
+
+/// Reads a file, or a pipe, from its beginning to its end.
+pub struct Input<'a> {
+    path: &'a Path,
+    reader: BufReader<Hashed<'a>>,
+    length: u64,
+    beside: Vec<FileRead>,
+}
+
+/// Keeps length and fingerprint of what goes through.
+struct Hashed<'a> {
+    from: Box<dyn Read + 'a>,
+    length: u64,
+    hash: SourceHash,
+}
+
+impl Read for Hashed<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let read = self.from.read(bytes)?;
+        self.length += read as u64;
+        self.hash = self.hash.followed_by(&bytes[..read]);
+        Ok(read)
+    }
+}
+
+impl<'a> Input<'a> {
+    /// Opens a file or a pipe. A pipe is read into memory here.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a folder, a device or a socket, and for more than 1 GiB from a pipe;
+    /// [`Error::Io`] when it cannot be read.
+    pub fn open(path: &'a Path) -> Result<Self> {
+        let refused = |e| Error::io(path, "read", e);
+        if what(fs::metadata(path).map_err(refused)?.file_type()) != PIPE {
+            return Self::open_file(path);
+        }
+        let mut bytes = Vec::new();
+        let pipe = File::open(path).map_err(refused)?;
+        pipe.take(MOST_OF_PIPE + 1).read_to_end(&mut bytes).map_err(refused)?;
+        let length = bytes.len() as u64;
+        if length > MOST_OF_PIPE {
+            let error = InputError::new(path, "more than 1 GiB comes through this pipe");
+            return Err(error.help(TO_FILE).into());
+        }
+        Ok(Self::new(path, Box::new(Cursor::new(bytes)), length))
+    }
+
+    /// Opens a file. What is none is refused before it is opened: a pipe that nobody writes to
+    /// would be waited for without end.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for anything but a file, [`Error::Io`] when it cannot be read.
+    pub fn open_file(path: &'a Path) -> Result<Self> {
+        Self::open_start(path, u64::MAX)
+    }
+
+    /// Opens the first `most` bytes of a file, or all where it has no more.
+    fn open_start(path: &'a Path, most: u64) -> Result<Self> {
+        let refused = |e| Error::io(path, "read", e);
+        let known = fs::metadata(path).map_err(refused)?;
+        if !known.is_file() {
+            return Err(no_file(path, what(known.file_type())));
+        }
+        let file = File::open(path).map_err(refused)?;
+        let length = file.metadata().map_err(refused)?.len().min(most);
+        Ok(Self::new(path, Box::new(file.take(most)), length))
+    }
+
+    /// Takes bytes for the content of a file; `path` is for errors.
+    pub fn of_bytes(path: &'a Path, bytes: &'a [u8]) -> Self {
+        Self::new(path, Box::new(bytes), bytes.len() as u64)
+    }
+
+    fn new(path: &'a Path, from: Box<dyn Read + 'a>, length: u64) -> Self {
+        let hashed = Hashed { from, length: 0, hash: SourceHash::of(&[]) };
+        let reader = BufReader::with_capacity(BUFFER, hashed);
+        Self { path, reader, length, beside: Vec::new() }
+    }
+
+    /// Returns the path of the file.
+    pub fn path(&self) -> &'a Path {
+        self.path
+    }
+
+    /// Returns the length of the file as it was opened, bytes.
+    pub fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Shows the bytes that come next, at the beginning of a file 64 KiB or all of them, without
+    /// taking them.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the file cannot be read.
+    pub fn ahead(&mut self) -> Result<&[u8]> {
+        self.reader.fill_buf().map_err(|e| Error::io(self.path, "read", e))
+    }
+
+    /// Takes all that is left.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the file cannot be read.
+    pub fn rest(&mut self) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.reader.read_to_end(&mut bytes).map_err(|e| Error::io(self.path, "read", e))?;
+        Ok(bytes)
+    }
+
+    /// Reads a file that this one names, at most the first `most` bytes of it.
+    ///
+    /// # Errors
+    /// As [`Input::open_file`].
+    pub(in crate::io) fn read_beside(&mut self, path: &Path, most: u64) -> Result<Vec<u8>> {
+        let mut other = Input::open_start(path, most)?;
+        let bytes = other.rest()?;
+        self.beside.push(other.finish()?.file);
+        Ok(bytes)
+    }
+
+    /// Reads what is left, and says what was read.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the file cannot be read.
+    pub fn finish(mut self) -> Result<FilesRead> {
+        let refused = |e| Error::io(self.path, "read", e);
+        io::copy(&mut self.reader, &mut io::sink()).map_err(refused)?;
+        let Hashed { length, hash, .. } = self.reader.into_inner();
+        let file = FileRead { path: self.path.to_owned(), length, hash };
+        Ok(FilesRead { file, beside: self.beside })
+    }
+}
+
+impl Read for Input<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.reader.read(bytes)
+    }
+
+    fn read_exact(&mut self, bytes: &mut [u8]) -> io::Result<()> {
+        self.reader.read_exact(bytes)
+    }
+}
+
+impl BufRead for Input<'_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        self.reader.fill_buf()
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.reader.consume(count);
+    }
+}
+
+const PIPE: &str = "pipe";
+const TO_FILE: &str = "write what comes through it to a file, and name that";
+
+/// Names what a path leads to when it is no file.
+fn what(kind: FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return PIPE;
+        }
+        if kind.is_socket() {
+            return "socket";
+        }
+    }
+    if kind.is_dir() { "folder" } else { "device" }
+}
+
+fn no_file(path: &Path, what: &str) -> Error {
+    let help = match what {
+        "folder" => "name a file in it",
+        PIPE => TO_FILE,
+        _ => "name a file",
+    };
+    InputError::new(path, format!("this is a {what}, not a file")).help(help).into()
+}
+
+/// Says what was read: a file, and the files that it names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FilesRead {
+    /// The file itself.
+    pub file: FileRead,
+    /// The files that it names, as the buffers of a glTF file.
+    pub beside: Vec<FileRead>,
+}
+
+/// Says what was read of a file. Displayed as `120 bytes, fnv1a64:85944171f73967e8`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileRead {
+    path: PathBuf,
+    length: u64,
+    hash: SourceHash,
+}
+
+impl FileRead {
+    /// Returns the path by which the file was found.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Names the file by its name and content.
+    pub fn source(&self) -> Source {
+        Source::of_file(&self.path, self.hash)
+    }
+}
+
+impl fmt::Display for FileRead {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} bytes, {}", self.length, self.hash)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error_of(opened: Result<Input>) -> String {
+        opened.err().expect("refused").to_string()
+    }
+
+    #[test]
+    fn what_is_no_file_is_named() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path();
+        assert!(
+            error_of(Input::open(path)).contains(": this is a folder, not a file\n  help: name")
+        );
+        let missing = path.join("missing");
+        let missing = error_of(Input::open(&missing));
+        assert!(missing.contains("missing: cannot read: "), "{missing}");
+        #[cfg(unix)]
+        for device in ["/dev/null", "/dev/zero"] {
+            let error = error_of(Input::open(Path::new(device)));
+            assert!(error.contains("this is a device, not a file"), "{error}");
+        }
+    }
+
+    #[test]
+    fn all_bytes_count_however_few_were_asked_for() {
+        let bytes: Vec<u8> = (0..200_000_u32).map(|i| (i % 251) as u8).collect();
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.bin");
+        fs::write(&path, &bytes).expect("written");
+        let expected = format!("200000 bytes, {}", SourceHash::of(&bytes));
+        for taken in [0, 1, 65_536, 70_000, 200_000] {
+            let mut input = Input::open(&path).expect("a file");
+            assert_eq!((input.length(), input.ahead().expect("readable").len()), (200_000, BUFFER));
+            let mut start = vec![0; taken];
+            input.read_exact(&mut start).expect("long enough");
+            assert_eq!(start, bytes[..taken]);
+            let read = input.finish().expect("readable").file;
+            assert_eq!(read.to_string(), expected, "{taken}");
+            assert_eq!(read.source(), Source::new(Path::new("a.bin"), &bytes));
+        }
+        let mut input = Input::of_bytes(Path::new("a.bin"), &bytes);
+        assert_eq!(input.rest().expect("there"), bytes);
+        assert_eq!(input.finish().expect("there").file.to_string(), expected);
+    }
+
+    #[test]
+    fn of_a_file_beside_what_is_read_counts() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("b.bin");
+        fs::write(&path, "0123456789").expect("written");
+        let mut input = Input::of_bytes(Path::new("a"), b"");
+        assert_eq!(input.read_beside(&path, 4).expect("readable"), b"0123");
+        let beside = input.finish().expect("readable").beside;
+        let expected = format!("4 bytes, {}", SourceHash::of(b"0123"));
+        assert_eq!(beside.iter().map(ToString::to_string).collect::<Vec<_>>(), [expected]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn pipe_is_read_where_it_may_be_and_never_waited_for_elsewhere() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&path).status().expect("mkfifo");
+        assert!(made.success());
+        let error = error_of(Input::open_file(&path));
+        assert!(error.contains("this is a pipe, not a file\n  help: write what"), "{error}");
+        let bytes = vec![b'x'; 150_000];
+        let read = std::thread::scope(|scope| {
+            scope.spawn(|| fs::write(&path, &bytes).expect("read by the other"));
+            let mut input = Input::open(&path).expect("a pipe");
+            assert_eq!((input.length(), input.rest().expect("all")), (150_000, bytes.clone()));
+            input.finish().expect("read")
+        });
+        assert_eq!(read.file.to_string(), format!("150000 bytes, {}", SourceHash::of(&bytes)));
+    }
+}
