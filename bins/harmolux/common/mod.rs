@@ -9,6 +9,7 @@ pub(crate) mod interrupt;
 pub(crate) mod plot;
 pub(crate) mod progress;
 pub(crate) mod repairs;
+pub(crate) mod resources;
 pub(crate) mod say;
 pub(crate) mod scenes;
 pub(crate) mod shape_file;
