@@ -5,7 +5,7 @@
 //! a mesh, a header's counts) asks once for the sum.
 
 use std::fmt::Display;
-use std::io::Read;
+use std::io::{BufRead, Read};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::{Error, Result};
@@ -66,20 +66,9 @@ pub fn ask(bytes: f64, what: impl Display, smaller: impl FnOnce(f64) -> String) 
     Err(Error::Memory(format!("{what} needs {bytes}, {free} are free: {}", smaller(share))))
 }
 
-/// Makes an empty vector that has room for `n` values; see [`ask`].
-///
-/// # Errors
-/// [`Error::Memory`] when there is no room.
-pub fn reserved<T>(
-    n: usize,
-    what: impl Display,
-    smaller: impl FnOnce(f64) -> String,
-) -> Result<Vec<T>> {
-    ask(n as f64 * size_of::<T>() as f64, what, smaller)?;
-    let mut values = Vec::new();
-    let refused = |_| Error::Memory("no memory is left".to_owned());
-    values.try_reserve_exact(n).map_err(refused)?;
-    Ok(values)
+/// Says how many of `count` things fit, and how to choose them; for [`ask`].
+pub fn fewer(count: usize, advice: &str) -> impl FnOnce(f64) -> String {
+    move |share| format!("about {:.0} would fit; {advice}", (share * count as f64).floor())
 }
 
 /// Reads to the end, at most a third of what is free: what is read is decoded next to it.
@@ -96,6 +85,19 @@ pub fn read_to_end(reader: impl Read) -> std::io::Result<Vec<u8>> {
         return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, said));
     }
     Ok(bytes)
+}
+
+/// Adds the next line to `line`; returns the bytes that were read.
+///
+/// # Errors
+/// What the reader says, and `FileTooLarge` for a line longer than [`MAX_LINE`].
+pub fn read_line(reader: &mut dyn BufRead, line: &mut Vec<u8>) -> std::io::Result<usize> {
+    let read = reader.take(MAX_LINE as u64).read_until(b'\n', line)?;
+    if read == MAX_LINE {
+        let said = format!("a line does not end within {}", in_words(MAX_LINE as f64));
+        return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, said));
+    }
+    Ok(read)
 }
 
 /// Writes a number of bytes in units of 1000 and two or three digits.
@@ -174,7 +176,15 @@ pub(crate) mod faults {
 
 #[cfg(test)]
 mod tests {
+    use std::io::BufReader;
+
+    use glam::DVec3;
+
     use super::*;
+    use crate::fit::{FitSettings, Resolution, fit, tessellate};
+    use crate::scene::Film;
+    use crate::sh::{Coefficients, Grid, Transform};
+    use crate::surface::{Intersector, MeshSurface, ShSurface};
 
     #[test]
     fn what_cannot_fit_is_refused_with_what_would() {
@@ -185,8 +195,37 @@ mod tests {
             assert!(matches!(error, Error::Memory(_)), "{error}");
             assert!(error.to_string().starts_with("a film needs "), "{error}");
         }
-        assert!(reserved::<u64>(usize::MAX / 4, "it", |_| String::new()).is_err());
-        assert!(reserved::<u64>(1000, "it", |_| String::new()).is_ok_and(|v| v.capacity() == 1000));
+        assert_eq!(fewer(10, "take fewer")(0.29), "about 2 would fit; take fewer");
+    }
+
+    #[test]
+    fn every_request_that_is_refused_is_told() {
+        let mut ball = Coefficients::zeros(4);
+        ball.set(0, 0, 1.0, 0.0);
+        let tessellated = || tessellate(&ball, DVec3::ZERO, Resolution::Icosphere { frequency: 2 });
+        let finer = Resolution::Adaptive { tolerance: 0.1 };
+        let mesh = tessellated().expect("small").mesh;
+        for (name, requests) in [
+            ("film", faults::in_turn(|| Film::new([4, 4], 2))),
+            ("transform", faults::in_turn(|| Transform::new(8, Grid::minimal(8)))),
+            ("mesh", faults::in_turn(tessellated)),
+            ("refined mesh", faults::in_turn(|| tessellate(&ball, DVec3::ZERO, finer))),
+            ("rays at a mesh", faults::in_turn(|| MeshSurface::new(mesh.clone()))),
+            ("rays at a shape", faults::in_turn(|| ShSurface::new(&ball, Intersector::default()))),
+            ("fit", faults::in_turn(|| fit(&mesh, &FitSettings::of_degree(4)))),
+        ] {
+            assert!(requests > 0, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_line_without_end_is_cut() {
+        let mut endless = BufReader::new(std::io::repeat(b'1'));
+        let error = read_line(&mut endless, &mut Vec::new()).expect_err("it has no end");
+        assert_eq!(error.to_string(), "a line does not end within 67 MB");
+        let (mut two, mut line) = (&b"a\nb"[..], Vec::new());
+        let reads: Vec<_> = (0..3).map(|_| read_line(&mut two, &mut line).expect("read")).collect();
+        assert!(reads == [2, 1, 0] && line == b"a\nb");
     }
 
     #[test]

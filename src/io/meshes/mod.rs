@@ -20,8 +20,8 @@ mod welding;
 
 use std::path::Path;
 
-use crate::Result;
 use crate::mesh::Mesh;
+use crate::{Result, memory};
 use source::Source;
 
 pub use encode::{MeshColours, encode, encode_ply};
@@ -57,6 +57,8 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
 
 fn parse_source(mut source: Source) -> Result<Mesh> {
     let length = source.length();
+    let name = format_args!("{}, a file of {length} bytes,", source.path().display());
+    memory::ask(length as f64, name, |_| "take a coarser mesh".to_owned())?;
     let told = format_of(source.ahead()?, length);
     match told.or_else(|| MeshFormat::of_extension(source.path())) {
         Some(MeshFormat::Obj) => obj::parse(&mut source),

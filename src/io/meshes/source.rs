@@ -11,7 +11,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::error::InputError;
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 /// How much of a file is seen at once, bytes: what tells its format is within.
 const BUFFER: usize = 1 << 16;
@@ -118,7 +118,7 @@ impl<'a> Source<'a> {
 
     /// Adds the next line to the one shown.
     pub(super) fn append_line(&mut self) -> Result<bool> {
-        let read = self.reader.read_until(b'\n', &mut self.text);
+        let read = memory::read_line(&mut self.reader, &mut self.text);
         let read = read.map_err(|e| Error::io(self.path, "read", e))?;
         self.taken += read as u64;
         if self.text.last() == Some(&b'\n') {
