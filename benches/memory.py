@@ -51,7 +51,7 @@ count = [1000, 1000]
 HEAD = """\
 [objects.head.sh]
 file = "high.txt"
-degree = 64
+degree = {}
 at = [2, 2.5, 1.5]
 material = "white"
 """
@@ -140,6 +140,7 @@ def main():
     parser.add_argument("--megabytes", default=LIMITS)
     parser.add_argument("--verb", default="", help="only lines that begin so")
     parser.add_argument("--rings", default=400, type=int, help="the mesh has 4 rings^2 triangles")
+    parser.add_argument("--degree", default=200, type=int, help="of the shape")
     parser.add_argument("--show", action="store_true", help="the last line that each run said")
     asked = parser.parse_args()
     limits = [int(number) for number in asked.megabytes.split(",")]
@@ -148,10 +149,10 @@ def main():
         ball(f"{folder}/ball.ply", asked.rings)
         pathlib.Path(folder, "room.toml").write_text(SCENE)
         pathlib.Path(folder, "grid.toml").write_text(SCENE + SENSORS)
-        pathlib.Path(folder, "head.toml").write_text(SCENE + HEAD)
+        pathlib.Path(folder, "head.toml").write_text(SCENE + HEAD.format(asked.degree))
         start = lambda words: subprocess.run([binary, *words.split()], cwd=folder,
                                              capture_output=True)
-        start("random --power-law rms=0.05,exponent=4 -l 200 -o high.txt")
+        start(f"random --power-law rms=0.05,exponent=4 -l {asked.degree} -o high.txt")
         start("render room.toml --size 400x300 -D render.stop.time=20s -o large.exr")
         print("| run |", " | ".join(f"{limit} MB" for limit in limits), "|")
         print("|:---|" + "---:|" * len(limits))

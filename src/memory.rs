@@ -100,12 +100,12 @@ pub fn read_line(reader: &mut dyn BufRead, line: &mut Vec<u8>) -> std::io::Resul
     Ok(read)
 }
 
-/// Writes a number of bytes in units of 1000 and two or three digits.
+/// Writes a number of bytes in units of 1000, with three digits.
 pub fn in_words(bytes: f64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB", "PB"];
     let power = (bytes.max(1.0).log10() / 3.0).floor().min(5.0);
     let value = bytes / 1000_f64.powf(power);
-    let decimals = usize::from(value < 9.95 && power > 0.0);
+    let decimals = if power == 0.0 || value >= 100.0 { 0 } else { 1 + usize::from(value < 10.0) };
     format!("{value:.decimals$} {}", units[power as usize])
 }
 
@@ -222,7 +222,7 @@ mod tests {
     fn a_line_without_end_is_cut() {
         let mut endless = BufReader::new(std::io::repeat(b'1'));
         let error = read_line(&mut endless, &mut Vec::new()).expect_err("it has no end");
-        assert_eq!(error.to_string(), "a line does not end within 67 MB");
+        assert_eq!(error.to_string(), "a line does not end within 67.1 MB");
         let (mut two, mut line) = (&b"a\nb"[..], Vec::new());
         let reads: Vec<_> = (0..3).map(|_| read_line(&mut two, &mut line).expect("read")).collect();
         assert!(reads == [2, 1, 0] && line == b"a\nb");

@@ -11,8 +11,8 @@ use signal_hook::consts::SIGABRT;
 
 use crate::common::{exit, say};
 
-/// The most threads that are started.
-const MOST_THREADS: usize = 1024;
+/// The most threads that are started for each core: more have nothing to do but wait.
+const MOST_PER_CORE: usize = 16;
 
 /// Lets the run end with the exit code of a failure where an allocation that nobody asked for
 /// beforehand is refused: the runtime says on stderr how much it was, and aborts.
@@ -53,16 +53,17 @@ pub(crate) fn bytes(text: &str) -> Result<u64, String> {
 }
 
 /// Starts as many threads as are asked for, by default one per core; fewer, with a warning, where
-/// the system does not start so many.
+/// these are more than are of use or than the system starts.
 pub(crate) fn start_threads(asked: Option<u16>) -> Result<(), ThreadPoolBuildError> {
     let named = || std::env::var("RAYON_NUM_THREADS").ok()?.parse().ok().filter(|n| *n > 0);
     let cores = || thread::available_parallelism().map_or(1, NonZero::get);
     let wanted = asked.map(usize::from).or_else(named).unwrap_or_else(cores);
-    let possible = startable(wanted.min(MOST_THREADS));
+    let useful = wanted.min(MOST_PER_CORE * cores());
+    let possible = startable(useful);
     // Where not all could be started, the rest of the work needs some memory as well.
-    let count = if possible < wanted.min(MOST_THREADS) { possible / 2 } else { possible };
+    let count = if possible < useful { possible / 2 } else { useful };
     if count < wanted {
-        say::warning(&format!("{} threads are used, {wanted} cannot be started", count.max(1)));
+        say::warning(&format!("{} threads are used instead of {wanted}", count.max(1)));
     }
     let pool = ThreadPoolBuilder::new().num_threads(count.max(1));
     if count == 0 { pool.use_current_thread().build_global() } else { pool.build_global() }
