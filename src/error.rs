@@ -23,6 +23,9 @@ pub enum Error {
     /// A computation did not reach what it promises.
     #[error("{}", presented(.0))]
     Numeric(String),
+    /// Something needs more memory than is free; says what would fit.
+    #[error("{0}")]
+    Memory(String),
     /// The operating system refused to read or write.
     #[error("{}: cannot {action}: {source}", shown_path(path))]
     Io {

@@ -62,7 +62,7 @@
 //! * [`io`]: files of meshes, coefficients, scenes, images and tables.
 //! * [`study`]: what needs several rooms: loading a scene, comparing shapes.
 //!
-//! [`error`] is open to all.
+//! [`error`] and [`memory`], what is free of it, are open to all.
 
 pub mod error;
 pub mod estimators;
@@ -70,6 +70,7 @@ pub mod exact;
 pub mod fit;
 pub mod io;
 pub mod math;
+pub mod memory;
 pub mod mesh;
 #[cfg(feature = "plots")]
 pub mod plots;

@@ -24,7 +24,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use common::{exit, say};
+use common::{exit, resources, say};
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
 #[derive(Debug, Parser)]
@@ -38,6 +38,13 @@ pub(crate) struct Arguments {
         value_parser = clap::value_parser!(u16).range(1..=1024)
     )]
     pub(crate) threads: Option<u16>,
+    /// Take at most this much memory, such as 500M or 2G; what needs more is refused with what
+    /// would fit [default: what is free]
+    #[arg(
+        long, global = true, display_order = 900, value_name = "BYTES",
+        value_parser = resources::bytes
+    )]
+    pub(crate) max_memory: Option<u64>,
     /// Print the result as JSON on stdout
     #[arg(long, global = true, display_order = 901)]
     pub(crate) json: bool,
@@ -82,10 +89,14 @@ pub(crate) enum Verb {
 }
 
 fn main() -> ExitCode {
+    resources::fail_when_memory_is_out();
     let arguments = Arguments::parse();
-    if let Some(threads) = arguments.threads {
-        // Fails only when the pool exists already, and nothing has used it yet.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+    if let Some(bytes) = arguments.max_memory {
+        resources::limit_memory(bytes);
+    }
+    if let Err(error) = resources::start_threads(arguments.threads) {
+        say::note(&format!("error: {error}"));
+        return exit::Code::Failed.into();
     }
     let done = match &arguments.verb {
         Verb::Render(verb) => render::run(verb, arguments.json),

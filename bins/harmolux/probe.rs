@@ -1,17 +1,16 @@
 //! `harmolux probe`: luminance along rays, or illuminance at points, from stdin to stdout.
 
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::Path;
 
 use clap::Args;
-use harmolux::error::shown;
+use harmolux::error::{InputError, shown};
 use harmolux::estimators::{illuminance, luminance};
 use harmolux::io::rays;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::math::Ray;
 use harmolux::scene::{Measured, Scene, Sensor};
-use harmolux::{Error, Result};
+use harmolux::{Error, Result, memory};
 
 use crate::common::about::about;
 use crate::common::exit::Code;
@@ -150,8 +149,9 @@ fn report(
 
 fn read_stdin() -> Result<Vec<(glam::DVec3, glam::DVec3)>> {
     let path = Path::new("stdin");
-    let mut text = String::new();
-    std::io::stdin().read_to_string(&mut text).map_err(|e| Error::io(path, "read", e))?;
+    let bytes = memory::read_to_end(std::io::stdin()).map_err(|e| Error::io(path, "read", e))?;
+    let text = String::from_utf8(bytes);
+    let text = text.map_err(|_| InputError::new(path, "this is not text (UTF-8)"))?;
     rays::parse(path, &text)
 }
 

@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
-use crate::Result;
 use crate::math::Rgb;
 use crate::math::stats::Estimate;
 use crate::scene::{Measured, Scene, Sensor};
+use crate::{Result, memory};
 
 use super::cloud::Cloud;
 use super::direct;
@@ -56,6 +56,7 @@ pub(super) fn survey(
     settings: &SensorSettings,
     observer: Observer,
 ) -> Result<Survey> {
+    ask_for(receivers.len())?;
     let launcher = Launcher::new(scene)?;
     let walks = Walks { launcher: &launcher, settings };
     let mut control = Control::new(settings.stop);
@@ -94,6 +95,14 @@ pub(super) fn survey(
         None => run.go_on(&mut control, observer),
     };
     Ok(run.finished(ending, control.elapsed()))
+}
+
+/// Asks for the sums and results of so many receivers.
+fn ask_for(count: usize) -> Result<()> {
+    let sums = size_of::<[Sum; REPLICATES]>() + size_of::<[f64; REPLICATES]>();
+    let each = sums + size_of::<Receiver>() + 2 * size_of::<Measured>();
+    let advice = memory::fewer(count, "take fewer, or take them in parts");
+    memory::ask(count as f64 * each as f64, format_args!("a survey of {count} places"), advice)
 }
 
 /// A survey under way.

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::InputError;
 use crate::fit::{Source, SourceHash};
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 /// How much of a file is seen at once, bytes: what tells its format is within.
 const BUFFER: usize = 1 << 16;
@@ -54,9 +54,8 @@ impl<'a> Input<'a> {
         if what(fs::metadata(path).map_err(refused)?.file_type()) != PIPE {
             return Self::open_file(path);
         }
-        let mut bytes = Vec::new();
         let pipe = File::open(path).map_err(refused)?;
-        pipe.take(MOST_OF_PIPE + 1).read_to_end(&mut bytes).map_err(refused)?;
+        let bytes = memory::read_to_end(pipe.take(MOST_OF_PIPE + 1)).map_err(refused)?;
         let length = bytes.len() as u64;
         if length > MOST_OF_PIPE {
             let error = InputError::new(path, "more than 1 GiB comes through this pipe");
@@ -121,9 +120,7 @@ impl<'a> Input<'a> {
     /// # Errors
     /// [`Error::Io`] when the file cannot be read.
     pub fn rest(&mut self) -> Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        self.reader.read_to_end(&mut bytes).map_err(|e| Error::io(self.path, "read", e))?;
-        Ok(bytes)
+        memory::read_to_end(&mut self.reader).map_err(|e| Error::io(self.path, "read", e))
     }
 
     /// Reads a file that this one names, at most the first `most` bytes of it.

@@ -4,6 +4,8 @@
 mod bytes;
 pub mod checkpoint;
 pub mod coefficients;
+#[cfg(test)]
+mod failing;
 #[cfg(feature = "images")]
 pub mod images;
 pub mod input;

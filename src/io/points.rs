@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::error::InputError;
 use crate::io::input::{FilesRead, Input};
 use crate::mesh::Points;
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 /// Returns a point file from a mesh by its extension: .xyz or .csv.
 pub fn is_points(path: &Path) -> bool {
@@ -61,7 +61,7 @@ pub fn parse(path: &Path, mut text: impl BufRead) -> Result<Points> {
     let (mut bytes, mut number) = (Vec::new(), 0);
     loop {
         bytes.clear();
-        if text.read_until(b'\n', &mut bytes).map_err(|e| Error::io(path, "read", e))? == 0 {
+        if memory::read_line(&mut text, &mut bytes).map_err(|e| Error::io(path, "read", e))? == 0 {
             break;
         }
         number += 1;

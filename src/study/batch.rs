@@ -39,10 +39,12 @@ pub fn batch<T: Send, R: Send>(
             }
         }
     };
+    // The present thread is one of them, and does all where no other can be started.
     std::thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(work);
+        for _ in 1..workers {
+            let _ = std::thread::Builder::new().spawn_scoped(scope, work);
         }
+        work();
     });
     results.into_inner().unwrap_or_default()
 }

@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use crate::Result;
 use crate::io::scene_file::{
     BoxFace, BoxSpec, GridLayout, GridPlace, GridSpec, LineLayout, LineSpec, ObjectSpec, SceneFile,
 };
@@ -16,15 +17,17 @@ pub(super) struct Field {
     pub(super) normal: DVec3,
 }
 
-/// The most sensors of one grid.
-pub(super) const MAX_SENSORS: f64 = 1e6;
-
 /// Lays the sensors of a grid out; a grid at a height covers `extent`. Empty when the border leaves
 /// nothing.
 ///
 /// # Errors
-/// The number of sensors, when it is above [`MAX_SENSORS`].
-pub(super) fn sensors(grid: &GridSpec, file: &SceneFile, extent: Aabb) -> Result<Vec<Sensor>, f64> {
+/// What `check` says of their number.
+pub(super) fn sensors(
+    grid: &GridSpec,
+    file: &SceneFile,
+    extent: Aabb,
+    check: impl Fn(f64) -> Result<()>,
+) -> Result<Vec<Sensor>> {
     let Some(field) = field(&grid.place, file, extent) else { return Ok(Vec::new()) };
     let lengths = field.edges.map(|e| e.length() - 2.0 * grid.border);
     if lengths.iter().any(|l| *l <= 0.0 || !l.is_finite()) {
@@ -32,10 +35,7 @@ pub(super) fn sensors(grid: &GridSpec, file: &SceneFile, extent: Aabb) -> Result
     }
     let units = field.edges.map(DVec3::normalize);
     let counts = counts(grid.layout, lengths);
-    let count = f64::from(counts[0]) * f64::from(counts[1]);
-    if count > MAX_SENSORS {
-        return Err(count);
-    }
+    check(f64::from(counts[0]) * f64::from(counts[1]))?;
     let along = |axis: usize, i: u32| {
         let fraction = (f64::from(i) + 0.5) / f64::from(counts[axis]);
         (grid.border + fraction * lengths[axis]) * units[axis]
@@ -53,17 +53,15 @@ pub(super) fn sensors(grid: &GridSpec, file: &SceneFile, extent: Aabb) -> Result
 /// Lays the sensors of a line out, from one end to the other.
 ///
 /// # Errors
-/// The number of sensors, when it is above [`MAX_SENSORS`].
-pub(super) fn along(line: &LineSpec) -> Result<Vec<Sensor>, f64> {
+/// What `check` says of their number.
+pub(super) fn along(line: &LineSpec, check: impl Fn(f64) -> Result<()>) -> Result<Vec<Sensor>> {
     let LineSpec { from, to, normal, measure, layout } = *line;
     let count = match layout {
         // A length that is a multiple of the spacing but for roundings has no point more.
         LineLayout::Spacing(spacing) => (from.distance(to) / spacing - 1e-9).ceil().max(1.0) + 1.0,
         LineLayout::Count(count) => f64::from(count),
     };
-    if count > MAX_SENSORS {
-        return Err(count);
-    }
+    check(count)?;
     let place = |i: u32| from.lerp(to, f64::from(i) / (count - 1.0));
     Ok((0..count as u32).map(|i| Sensor { measure, ..Sensor::plane(place(i), normal) }).collect())
 }
@@ -130,6 +128,7 @@ fn en12464_spacing([a, b]: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Error;
 
     #[test]
     fn spacing_follows_the_standard() {
@@ -150,18 +149,19 @@ mod tests {
         let Some(crate::io::scene_file::SensorSpec::Grid(grid)) = file.sensors.get("g") else {
             panic!("a grid");
         };
-        let points = sensors(grid, &file, Aabb::EMPTY).expect("few");
+        let few = |count| {
+            if count > 1e6 { Err(Error::Parameter(String::new())) } else { Ok(()) }
+        };
+        let laid = |grid: &GridSpec, extent| sensors(grid, &file, extent, few);
+        let points = laid(grid, Aabb::EMPTY).expect("few");
         assert_eq!(points.len(), 6);
         assert_eq!(points[0], Sensor::plane(DVec3::new(1.0, 1.5, 0.0), DVec3::Z));
         assert_eq!(points[5].at, DVec3::new(3.0, 3.5, 0.0));
         let at_height = GridSpec { place: GridPlace::Height(0.75), ..grid.clone() };
         let extent = Aabb::new(DVec3::ZERO, DVec3::new(4.0, 5.0, 3.0));
-        assert_eq!(
-            sensors(&at_height, &file, extent).expect("few")[0].at,
-            DVec3::new(1.0, 1.5, 0.75)
-        );
-        assert!(sensors(&at_height, &file, Aabb::EMPTY).expect("none").is_empty());
+        assert_eq!(laid(&at_height, extent).expect("few")[0].at, DVec3::new(1.0, 1.5, 0.75));
+        assert!(laid(&at_height, Aabb::EMPTY).expect("none").is_empty());
         let dense = GridSpec { layout: GridLayout::Spacing(1e-5), ..at_height };
-        assert!(sensors(&dense, &file, extent).is_err());
+        assert!(laid(&dense, extent).is_err());
     }
 }

@@ -6,9 +6,12 @@ use super::built::Built;
 use super::grids;
 use super::on_surface::{self, Laid};
 use super::solids::{self, Solid};
-use crate::Result;
 use crate::io::scene_file::{PointsSpec, SceneFile, SensorSpec, SurfaceLayout};
 use crate::scene::{PointLight, Scene, Sensor};
+use crate::{Result, memory};
+
+/// The most sensors of one group.
+const MAX_SENSORS: f64 = 1e6;
 
 /// Names a set of sensors.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,12 +87,21 @@ fn lay_out(
     built: &[Built],
     (name, spec): (&str, &SensorSpec),
 ) -> Result<Laid> {
-    let too_many = |name: &str, what: &str, count: f64, help: &str| {
-        let message = format!(
-            "the {what} `{name}` would have {count:.3e} sensors, more than {}",
-            grids::MAX_SENSORS
-        );
-        file.source.error(&["sensors", name, what], message, Some(help.to_owned()))
+    let check = |what: &str, count: f64, help: &str| {
+        if count > MAX_SENSORS {
+            let message = format!(
+                "the {what} `{name}` would have {count:.3e} sensors, more than {MAX_SENSORS}"
+            );
+            return Err(file.source.error(
+                &["sensors", name, what],
+                message,
+                Some(help.to_owned()),
+            ));
+        }
+        // Sensors, and the lists that are made of them.
+        let bytes = 3.0 * count * size_of::<Sensor>() as f64;
+        let advice = memory::fewer(count as usize, help);
+        memory::ask(bytes, format_args!("the {what} `{name}` of {count} sensors"), advice)
     };
     let fewer = "write a larger `spacing`, or a smaller `count`";
     let plain = |sensors| Laid { sensors, faces: Vec::new() };
@@ -99,21 +111,24 @@ fn lay_out(
             let sensor = |&at| Sensor { measure, ..Sensor::plane(at, normal) };
             Ok(plain(points.at.iter().map(sensor).collect()))
         }
-        SensorSpec::Grid(grid) => grids::sensors(grid, file, scene.bounds())
-            .map(plain)
-            .map_err(|count| too_many(name, "grid", count, fewer)),
+        SensorSpec::Grid(grid) => {
+            grids::sensors(grid, file, scene.bounds(), |count| check("grid", count, fewer))
+                .map(plain)
+        }
         SensorSpec::Line(line) => {
-            grids::along(line).map(plain).map_err(|count| too_many(name, "line", count, fewer))
+            grids::along(line, |count| check("line", count, fewer)).map(plain)
         }
         SensorSpec::Surface(surface) => {
             let Some(built) = built.iter().find(|b| b.object.name == surface.place.object()) else {
                 return Ok(Laid::default());
             };
+            if let SurfaceLayout::Even(count) = surface.layout {
+                check("surface", f64::from(count), "write a smaller number")?;
+            }
             let laid = on_surface::lay_out(surface, file, &built.object, &built.form)?;
-            let count = laid.sensors.len() as f64;
-            if surface.layout == SurfaceLayout::Vertices && count > grids::MAX_SENSORS {
+            if surface.layout == SurfaceLayout::Vertices {
                 let help = "write `points = 1000` instead of `vertices`, or use a coarser mesh";
-                return Err(too_many(name, "surface", count, help));
+                check("surface", laid.sensors.len() as f64, help)?;
             }
             Ok(laid)
         }

@@ -295,7 +295,7 @@ fn pictures_of_nothing_and_impossible_crops_are_refused() {
             3,
             &["along the view"],
         ),
-        (&["room.toml", "--size", "60000x60000"], 3, &["beyond memory"]),
+        (&["room.toml", "--size", "60000x60000"], 3, &["beyond what a film holds"]),
     ] {
         let output = run(at, &[&["render"], arguments].concat());
         let said = String::from_utf8_lossy(&output.stderr);

@@ -202,7 +202,7 @@ fn what_cannot_be_written_or_held_is_refused_before_the_run() {
     let desk = desk();
     desk.refused(["--checkpoint", "a.state"], &["a.state: a checkpoint needs the extension"]);
     desk.refused(["--checkpoint", "none/a.checkpoint"], &["there is no folder none"]);
-    desk.refused(["--size", "60000x60000"], &["60000 x 60000 pixels is beyond memory"]);
+    desk.refused(["--size", "60000x60000"], &["60000 x 60000 pixels is beyond what a film holds"]);
     let zero = ["-D", "cameras.main.perspective.resolution=[0, 8]"];
     desk.refused(zero, &["resolution"]);
     desk.refused(["-o", "a.jpg"], &["a.jpg: ", "name a file .png or .exr"]);

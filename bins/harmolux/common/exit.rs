@@ -9,7 +9,7 @@ use harmolux::Error;
 pub(crate) enum Code {
     /// All done.
     Done = 0,
-    /// A computation failed.
+    /// A computation failed, or had no memory.
     Failed = 1,
     /// A file or shape cannot be used, or an output cannot be written.
     BadInput = 3,
@@ -23,7 +23,7 @@ impl Code {
     /// Sorts an error by who must act.
     pub(crate) fn of(error: &Error) -> Self {
         match error {
-            Error::Numeric(_) => Self::Failed,
+            Error::Numeric(_) | Error::Memory(_) => Self::Failed,
             Error::Advised { error, .. } => Self::of(error),
             _ => Self::BadInput,
         }

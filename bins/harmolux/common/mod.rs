@@ -10,6 +10,7 @@ pub(crate) mod paths;
 pub(crate) mod plot;
 pub(crate) mod progress;
 pub(crate) mod repairs;
+pub(crate) mod resources;
 pub(crate) mod say;
 pub(crate) mod scenes;
 pub(crate) mod shape_file;

@@ -83,6 +83,7 @@ impl Refinement<'_> {
         if self.triangles.len() + 2 * cuts > MAX_FACES {
             return Err(too_many_faces(self.tolerance));
         }
+        super::ask_for(self.triangles.len() + 2 * cuts)?;
         let middles = self.add_middles(&edges, &cut, cuts)?;
         self.split(&edges, &middles, &longest, &blamed);
         Ok(true)

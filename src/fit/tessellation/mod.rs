@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::mesh::Mesh;
 use crate::sh::{Coefficients, Series};
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 pub use chord_error::ChordError;
 
@@ -126,6 +126,7 @@ pub fn tessellate(
     resolution: Resolution,
 ) -> Result<Tessellation> {
     resolution.check(coefficients.mean())?;
+    ask_for(resolution.faces().unwrap_or(0))?;
     let series = Series::new(coefficients)?;
     let sphere = match resolution {
         Resolution::Icosphere { frequency } => icosphere::icosphere(frequency),
@@ -138,6 +139,12 @@ pub fn tessellate(
     let chord_error = chord_error::chord_error(&series, &corners)?;
     let mesh = Mesh::new(points.into_iter().map(|p| centre + p).collect(), sphere.triangles)?;
     Ok(Tessellation { mesh, chord_error })
+}
+
+/// Asks for what the making of so many faces takes: 200 bytes each.
+fn ask_for(faces: usize) -> Result<()> {
+    let advice = memory::fewer(faces, "choose a coarser mesh");
+    memory::ask(200.0 * faces as f64, format_args!("a mesh of {faces} faces"), advice)
 }
 
 /// Moves directions out to the surface.

@@ -58,27 +58,29 @@ impl Kind {
 /// # Errors
 /// [`Error::Io`] when the system refuses; what stood there before is as it was.
 pub fn write(to: &mut Claim, fingerprint: &Fingerprint, film: &Film) -> Result<()> {
-    to.write_with(&mut |file| {
-        let mut sealed = Sealed { inner: BufWriter::new(file), check: crc32fast::Hasher::new() };
-        write_header(&mut sealed, fingerprint, film)?;
-        sealed.seal()?;
-        let sums = film.sums.chunks_exact(film.replicates);
-        let mut bytes = Vec::new();
-        for (pixel, sums) in film.pixels.iter().zip(sums) {
-            bytes.clear();
-            let SplitLight { direct, indirect } = pixel.light;
-            for value in direct.0.iter().chain(&indirect.0) {
-                bytes.extend(value.to_le_bytes());
-            }
-            bytes.extend(pixel.non_finite.to_le_bytes());
-            bytes.extend(pixel.spread.to_le_bytes());
-            bytes.push(pixel.stride);
-            bytes.extend(sums.iter().flat_map(|sum| sum.to_le_bytes()));
-            sealed.write_all(&bytes)?;
+    to.write_with(&mut |file| encode(file, fingerprint, film))
+}
+
+fn encode(to: impl Write, fingerprint: &Fingerprint, film: &Film) -> io::Result<()> {
+    let mut sealed = Sealed { inner: BufWriter::new(to), check: crc32fast::Hasher::new() };
+    write_header(&mut sealed, fingerprint, film)?;
+    sealed.seal()?;
+    let sums = film.sums.chunks_exact(film.replicates);
+    let mut bytes = Vec::new();
+    for (pixel, sums) in film.pixels.iter().zip(sums) {
+        bytes.clear();
+        let SplitLight { direct, indirect } = pixel.light;
+        for value in direct.0.iter().chain(&indirect.0) {
+            bytes.extend(value.to_le_bytes());
         }
-        sealed.seal()?;
-        sealed.inner.flush()
-    })
+        bytes.extend(pixel.non_finite.to_le_bytes());
+        bytes.extend(pixel.spread.to_le_bytes());
+        bytes.push(pixel.stride);
+        bytes.extend(sums.iter().flat_map(|sum| sum.to_le_bytes()));
+        sealed.write_all(&bytes)?;
+    }
+    sealed.seal()?;
+    sealed.inner.flush()
 }
 
 fn write_header(file: &mut impl Write, fingerprint: &Fingerprint, film: &Film) -> io::Result<()> {
@@ -130,7 +132,7 @@ impl<F: Write> Write for Sealed<F> {
 /// # Errors
 /// [`Error::Io`] when the file cannot be read; [`Error::Input`] when it is no checkpoint, damaged,
 /// of another version, or of a run that differs, with the first difference; [`Error::Parameter`]
-/// when the film is beyond memory.
+/// or [`Error::Memory`] when the film is beyond what can be held.
 pub fn read(path: &Path, present: &Fingerprint) -> Result<Film> {
     let file = File::open(path).map_err(|e| Error::io(path, "read", e))?;
     let length = file.metadata().map_err(|e| Error::io(path, "read", e))?.len();
@@ -284,7 +286,8 @@ impl<R: Read> Reader<'_, R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::output::Output;
+    use crate::io::failing;
+    use crate::io::output::{Output, ReadWriteSeek};
     use std::fs;
     use std::path::PathBuf;
 
@@ -315,6 +318,12 @@ mod tests {
             write(&mut claim, &run(1), &film()).expect("written");
         }
         (folder, path)
+    }
+
+    #[test]
+    fn every_failed_write_is_told() {
+        let fill = &mut |file: &mut dyn ReadWriteSeek| encode(file, &run(1), &film());
+        assert!(failing::in_turn(&Kind::CHECKPOINT, fill) > 5);
     }
 
     #[test]

@@ -20,9 +20,10 @@ mod welding;
 
 use std::path::Path;
 
-use crate::Result;
+use crate::error::shown_path;
 use crate::io::input::{FilesRead, Input};
 use crate::mesh::Mesh;
+use crate::{Result, memory};
 use source::Source;
 
 pub use encode::{MeshColours, encode, encode_ply};
@@ -69,6 +70,8 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
 
 fn parse_source(source: &mut Source) -> Result<Mesh> {
     let length = source.length();
+    let name = format!("{}, a file of {length} bytes,", shown_path(source.path()));
+    memory::ask(length as f64, name, |_| "take a coarser mesh".to_owned())?;
     let told = recognise(source.ahead()?, length);
     match told.or_else(|| MeshFormat::of_extension(source.path())) {
         Some(MeshFormat::Obj) => obj::parse(source),

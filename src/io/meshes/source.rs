@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::io::input::{FilesRead, Input};
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 /// Reads a file from its beginning to its end.
 pub(super) struct Source<'a> {
@@ -107,7 +107,7 @@ impl<'a> Source<'a> {
 
     /// Adds the next line to the one shown.
     pub(super) fn append_line(&mut self) -> Result<bool> {
-        let read = self.input.read_until(b'\n', &mut self.text);
+        let read = memory::read_line(&mut self.input, &mut self.text);
         let read = read.map_err(|e| Error::io(self.path(), "read", e))?;
         self.taken += read as u64;
         if self.text.last() == Some(&b'\n') {

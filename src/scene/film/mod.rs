@@ -17,7 +17,7 @@ pub(crate) use self::stage::MAX_STRIDE_LOG2;
 use self::stage::Stage;
 use crate::math::Rgb;
 use crate::math::stats::median;
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 /// The most pixels of one film: 8192 x 8192, which takes 12 GiB with 32 replicates.
 pub const MAX_PIXELS: usize = 1 << 26;
@@ -65,16 +65,10 @@ impl Film {
     /// replicates.
     ///
     /// # Errors
-    /// [`Error::Parameter`] without any pixel, above [`MAX_PIXELS`], or when there is no memory.
+    /// [`Error::Parameter`] without any pixel or above [`MAX_PIXELS`], [`Error::Memory`] when it
+    /// does not fit.
     pub fn new([width, height]: [u32; 2], replicates: usize) -> Result<Self> {
         let n = width as usize * height as usize;
-        let bytes = n as u64 * (size_of::<Pixel>() + size_of::<f32>() * replicates) as u64;
-        let beyond = |limit: &str| {
-            Error::Parameter(format!(
-                "an image of {width} x {height} pixels is beyond memory (about {} GB); {limit}",
-                bytes.div_ceil(1 << 30)
-            ))
-        };
         if n == 0 {
             return Err(Error::Parameter(format!(
                 "an image of {width} x {height} pixels is empty: it needs at least one pixel each \
@@ -82,9 +76,18 @@ impl Film {
             )));
         }
         if n > MAX_PIXELS {
-            return Err(beyond(&format!("at most {MAX_PIXELS} pixels are possible")));
+            return Err(Error::Parameter(format!(
+                "an image of {width} x {height} pixels is beyond what a film holds; at most \
+                 {MAX_PIXELS} pixels are possible"
+            )));
         }
-        let no_memory = || beyond("there is no room for it: ask for fewer pixels");
+        // The samples of a pass lie beside the film.
+        let each = size_of::<Pixel>() + size_of::<f32>() * replicates + size_of::<SplitLight>();
+        let name = format_args!("a film of {width} x {height} pixels");
+        memory::ask(n as f64 * each as f64, name, |share| {
+            let [width, height] = [width, height].map(|side| f64::from(side) * share.sqrt());
+            format!("about {width:.0} x {height:.0} would fit; choose fewer pixels")
+        })?;
         Ok(Self {
             width: width as usize,
             replicates,
@@ -93,8 +96,8 @@ impl Film {
             samples: 0,
             non_finite: 0,
             escaped: Rgb::BLACK,
-            pixels: filled(n).ok_or_else(no_memory)?,
-            sums: filled(n * replicates).ok_or_else(no_memory)?,
+            pixels: vec![Pixel::default(); n],
+            sums: vec![0.0; n * replicates],
         })
     }
 
@@ -289,12 +292,4 @@ impl Film {
 /// Returns the standard error from the sum of squared deviations of so many replicates.
 fn spread(used: usize, squares: f64) -> f64 {
     if used < 2 { f64::INFINITY } else { (squares * used as f64 / (used - 1) as f64).sqrt() }
-}
-
-/// Makes a vector of zeros; `None` when there is no memory for it.
-fn filled<T: Clone + Default>(n: usize) -> Option<Vec<T>> {
-    let mut values = Vec::new();
-    values.try_reserve_exact(n).ok()?;
-    values.resize(n, T::default());
-    Some(values)
 }

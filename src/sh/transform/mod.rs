@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::two_step::TwoStep;
 use super::{Coefficients, Grid, MAX_DEGREE};
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 use kernels::Amplitudes;
 use latitudes::{Latitudes, Scratch};
@@ -61,6 +61,12 @@ impl Transform {
                  the series"
             )));
         }
+        // Samples there and back, amplitudes, and the steps of the recurrence.
+        let bytes = 16 * grid.len() + 16 * lmax * grid.rings().len() + 12 * lmax * lmax;
+        let name = format_args!("a transform of degree {lmax} on {} directions", grid.len());
+        memory::ask(bytes as f64, name, |share| {
+            format!("about degree {:.0} would fit; choose a lower one", lmax as f64 * share.sqrt())
+        })?;
         Ok(Self {
             recurrence: TwoStep::new(lmax),
             latitudes: Latitudes::new(&grid, lmax),

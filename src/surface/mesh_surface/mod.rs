@@ -19,7 +19,7 @@ use glam::{DVec2, DVec3};
 use super::{AreaPoint, Bvh, Division, Facet, Hit, Outline, SampleArea, Surface, facets};
 use crate::math::{Aabb, Ray, sampling};
 use crate::mesh::{Doubles, Mesh};
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 use block::{Block, LANES, Meeting, Shear};
 use spread::Spread;
 
@@ -51,6 +51,10 @@ impl MeshSurface {
     /// # Errors
     /// [`Error::Geometry`] when a vertex of a face is not finite or no face has an area.
     pub fn new(mesh: Mesh) -> Result<Self> {
+        // Boxes, both trees while one becomes the other, and the triangles in their order.
+        let count = mesh.triangles().len();
+        let advice = memory::fewer(count, "take a coarser mesh");
+        memory::ask(400.0 * count as f64, format_args!("tracing {count} triangles"), advice)?;
         let boxes = (0..mesh.triangles().len()).map(|f| Aabb::of_points(mesh.corners(f)));
         let boxes: Vec<_> = boxes.collect();
         check_finite(&mesh)?;

@@ -9,9 +9,9 @@ use super::certificate::{interpolation_error, lebesgue};
 use super::fit::{Fitted, Fitter, POINTS, Planes, chebyshev_point};
 use super::node::Node;
 use super::patch::Patch;
-use crate::Result;
 use crate::math::Aabb;
 use crate::sh::{Bounds, Coefficients, GridSeries, Series, rounding};
+use crate::{Result, memory};
 
 /// The largest error that is accepted while finer boards are possible, in largest radii.
 const TARGET: f64 = 1e-6;
@@ -51,6 +51,11 @@ pub(super) fn build(series: &Series, bounds: &Bounds) -> Result<Patches> {
     let mut choice = SIDES.iter().position(|&side| 4 * side >= lmax).unwrap_or(SIDES.len() - 1);
     loop {
         let side = SIDES[choice];
+        let count = 6 * side * side;
+        let bytes = 2 * count * size_of::<Fitted>();
+        memory::ask(bytes as f64, format_args!("tracing a shape of degree {lmax}"), |share| {
+            format!("about degree {:.0} would fit; choose a lower one", lmax as f64 * share.sqrt())
+        })?;
         let patches = on_board(series.coefficients(), bounds, &radii, Board::new(side));
         let error = 0.5 * f64::from(patches.width);
         if error <= TARGET || choice + 1 == SIDES.len() {

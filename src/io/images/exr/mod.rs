@@ -13,7 +13,7 @@ use std::io::{self, BufWriter, Cursor};
 use std::path::Path;
 
 use exr::image::read::read as reader;
-use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, Image, Layer};
+use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer};
 use exr::math::Vec2;
 use exr::meta::MetaData;
 use exr::meta::attribute::{
@@ -29,7 +29,7 @@ use crate::error::InputError;
 use crate::io::input::Input;
 use crate::io::output::{ReadWriteSeek, SOFTWARE};
 use crate::math::Rgb;
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 /// Holds the value of one attribute.
 #[derive(Debug, Clone, PartialEq)]
@@ -327,7 +327,7 @@ impl Exr {
             .map_err(refuse)?;
         let display = image.attributes.display_window;
         let layer = image.layer_data;
-        let channels = layer.channel_data.list.iter();
+        let channels = layer.channel_data.list.into_iter();
         let Vec2(x, y) = layer.attributes.layer_position;
         let is_whole =
             layer.attributes.layer_position == display.position && layer.size == display.size;
@@ -336,11 +336,17 @@ impl Exr {
             height: layer.size.1,
             origin: [x, y],
             whole: (!is_whole).then_some([display.size.0, display.size.1]),
-            channels: channels
-                .map(|c| (string(&c.name), c.sample_data.values_as_f32().collect()))
-                .collect(),
+            channels: channels.map(|c| (string(&c.name), values(c.sample_data))).collect(),
             attributes: attributes_of(&layer.attributes),
         })
+    }
+}
+
+/// Returns samples as they are kept, those of four bytes without a copy.
+fn values(samples: FlatSamples) -> Vec<f32> {
+    match samples {
+        FlatSamples::F32(values) => values,
+        other => other.values_as_f32().collect(),
     }
 }
 
@@ -387,7 +393,12 @@ fn check_header(path: &Path, meta: &MetaData, bytes: &[u8]) -> Result<()> {
     if needed > bytes.len().saturating_mul(DENSEST) {
         return refuse(format!("{} bytes cannot hold {width} x {height} pixels", bytes.len()));
     }
-    Ok(())
+    // The bytes as decoded, and as they are kept.
+    let kept = width as f64 * height as f64 * (4 * header.channels.list.len()) as f64;
+    let name = format_args!("{}: a picture of {width} x {height} pixels", path.display());
+    memory::ask(needed as f64 + kept, name, |share| {
+        format!("about {:.0} % of it would fit; take a part of the picture", 100.0 * share)
+    })
 }
 
 fn channel_name(layer: &str, channel: &str) -> String {
@@ -406,6 +417,7 @@ fn string(value: &Text) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::failing;
     use crate::io::output::{Kind, Output};
 
     fn pixels() -> Vec<Rgb> {
@@ -448,6 +460,19 @@ mod tests {
         assert_eq!(read.attribute("software"), Some(&SOFTWARE.into()));
         assert_eq!(read.attribute("seed"), Some(&u64::MAX.to_string().into()));
         assert_eq!((read.channel("Z"), read.attribute("author")), (None, None));
+    }
+
+    #[test]
+    fn every_failed_write_is_told() {
+        let writes = failing::in_turn(&Kind::EXR, &mut |file| image().write(&[], file));
+        assert!(writes > 5, "{writes}");
+    }
+
+    #[test]
+    fn a_picture_that_does_not_fit_is_refused_before_it_is_decoded() {
+        let bytes = image().to_bytes().expect("encoded");
+        let read = || Exr::from_bytes(Path::new("x.exr"), &bytes);
+        assert_eq!(memory::faults::in_turn(read), 1);
     }
 
     #[test]
