@@ -18,6 +18,7 @@ use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
 use crate::common::inputs::read_and_repair;
 use crate::common::say;
+use crate::common::target::write_all;
 use crate::common::values::point;
 
 /// Say whether a mesh can be fitted: closed, manifold, oriented, star-shaped; if not, where and why
@@ -71,17 +72,16 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
     let (mesh, repair) = read_and_repair(&verb.mesh, &verb.habits)?;
     let settings = CheckSettings { centre: verb.centre, crossings: !verb.skip_crossings };
     let found = Findings::of(&mesh, &settings).map_err(|e| about(&verb.mesh, e))?;
-    if let Some((output, format)) = repaired {
-        output.write(&meshes::encode(&mesh, format)?)?;
-    }
-    if let Some((output, _)) = bad {
-        output.write(&coloured(&mesh, &found)?)?;
-    }
+    let repaired =
+        repaired.map(|(output, format)| output.write(&meshes::encode(&mesh, format)?));
+    let bad = bad.map(|(output, _)| output.write(&coloured(&mesh, &found)?));
+    let written = write_all(repaired.into_iter().chain(bad));
     if as_json {
         say::data(&value(&found, repair.as_ref(), verb).to_string());
     } else {
         say::pairs(&lines(&found, verb));
     }
+    written?;
     Ok(if found.is_sound() { Code::Done } else { Code::NotMet })
 }
 

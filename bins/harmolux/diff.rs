@@ -16,6 +16,7 @@ use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, SeriesHabits};
 use crate::common::say;
 use crate::common::subject::Read;
+use crate::common::target::write_all;
 use crate::common::values::{length, point};
 
 /// Measure how far two shapes or meshes are from each other
@@ -82,17 +83,15 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     let found = pair.compare().map_err(|e| about_both(verb, e))?;
     let met = verb.tolerance.map(|tolerance| found.hausdorff.upper <= tolerance);
     fill(&mut table, verb, &found);
-    if let Some(output) = output {
-        output.write(&table.to_csv()?)?;
-    }
-    if let Some(output) = map {
-        write_map(output, &pair.distance_map())?;
-    }
+    let csv = output.map(|output| output.write(&table.to_csv()?));
+    let map = map.map(|output| write_map(output, &pair.distance_map()));
+    let written = write_all(csv.into_iter().chain(map));
     if as_json {
         say::data(&value(verb, &found, met).to_string());
     } else {
         report(verb, &found);
     }
+    written?;
     Ok(judge(verb, &found.hausdorff, met))
 }
 

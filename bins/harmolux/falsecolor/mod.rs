@@ -19,6 +19,7 @@ use crate::common::exit::Code;
 use crate::common::flags::choices;
 use crate::common::plot::{PlotFormat, unknown_output};
 use crate::common::say;
+use crate::common::target::write_all;
 
 /// The share of the pixels that a scale reaches by itself: the brightest, lamps and their glints,
 /// would leave the rest dark.
@@ -109,12 +110,10 @@ pub(crate) fn run(verb: &Falsecolor, as_json: bool) -> Result<Code> {
     };
     let targets = verb.output.iter().map(open).collect::<Result<Vec<_>>>()?;
     let shown = Shown::read(verb)?;
-    for (format, output) in targets {
-        match format {
-            PlotFormat::Png => output.write(&shown.to_png()?)?,
-            PlotFormat::Svg => output.write(shown.to_svg()?.as_bytes())?,
-        }
-    }
+    write_all(targets.into_iter().map(|(format, output)| match format {
+        PlotFormat::Png => output.write(&shown.to_png()?),
+        PlotFormat::Svg => output.write(shown.to_svg()?.as_bytes()),
+    }))?;
     let tally = shown.tally();
     if tally.not_finite > 0 {
         let count = tally.not_finite;
