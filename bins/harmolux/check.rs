@@ -72,8 +72,7 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
     let (mesh, repair) = read_and_repair(&verb.mesh, &verb.habits)?;
     let settings = CheckSettings { centre: verb.centre, crossings: !verb.skip_crossings };
     let found = Findings::of(&mesh, &settings).map_err(|e| about(&verb.mesh, e))?;
-    let repaired =
-        repaired.map(|(output, format)| output.write(&meshes::encode(&mesh, format)?));
+    let repaired = repaired.map(|(output, format)| output.write(&meshes::encode(&mesh, format)?));
     let bad = bad.map(|(output, _)| output.write(&coloured(&mesh, &found)?));
     let written = write_all(repaired.into_iter().chain(bad));
     if as_json {

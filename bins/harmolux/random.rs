@@ -14,7 +14,7 @@ use serde_json::json;
 
 use crate::common::exit::Code;
 use crate::common::say;
-use crate::common::shape_file::{self, ShapeFile};
+use crate::common::shape_file;
 use crate::common::values::{Settings, settings};
 
 /// Draw random shapes: Gaussian random spheres, or Gaussian radii of a given spectrum

@@ -62,8 +62,7 @@ fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
             say::warning(&format!("{}: {warning}", row.name));
         }
     }
-    let stage =
-        if rows.len() < verb.meshes.len() { Stage::Unfinished } else { Stage::Complete };
+    let stage = if rows.len() < verb.meshes.len() { Stage::Unfinished } else { Stage::Complete };
     let written = csv.write_at(stage, &table.to_csv()?);
     if as_json {
         say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());

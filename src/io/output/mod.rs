@@ -237,7 +237,9 @@ mod tests {
             let (folder, path) = folder_with(Some(content));
             let message = refusal(&path, &Kind::COEFFICIENTS, false);
             assert!(message.starts_with(&path.display().to_string()), "{message}");
-            assert!(message.ends_with("is there already: choose another name, or have it replaced"));
+            assert!(
+                message.ends_with("is there already: choose another name, or have it replaced")
+            );
             assert_eq!(fs::read(&path).expect("there"), content);
             open(&path, true).expect("forced").write(b"new").expect("written");
             assert_eq!(fs::read(&path).expect("there"), b"new");
