@@ -56,7 +56,7 @@ pub(crate) struct Check {
     pub(crate) skip_crossings: bool,
     #[command(flatten)]
     pub(crate) habits: MeshHabits,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -59,7 +59,7 @@ pub(crate) struct Diff {
     pub(crate) mesh: MeshHabits,
     #[command(flatten)]
     pub(crate) series: SeriesHabits,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }

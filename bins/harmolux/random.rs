@@ -57,7 +57,7 @@ pub(crate) struct Random {
     /// Where to write the shape; with --count the folder, made when it is not there
     #[arg(short, long, value_name = "FILE.txt|DIR")]
     pub(crate) output: PathBuf,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -39,7 +39,7 @@ pub(crate) struct Spectrum {
     pub(crate) plot: bool,
     #[command(flatten)]
     pub(crate) reading: SeriesReading,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }

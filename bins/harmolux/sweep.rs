@@ -39,7 +39,7 @@ pub(crate) struct Sweep {
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) habits: MeshHabits,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }

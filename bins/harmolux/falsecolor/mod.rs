@@ -70,7 +70,7 @@ pub(crate) struct Falsecolor {
     /// The unit over the legend [default: what the file says]
     #[arg(short, long, value_name = "UNIT")]
     pub(crate) label: Option<String>,
-    /// Replace output files that another program wrote
+    /// Replace output files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -60,7 +60,7 @@ pub(crate) struct Illum {
     /// NaN for a sensor behind an object.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
-    /// Replace output files that another program wrote
+    /// Replace output files that are there already
     #[arg(long)]
     pub(crate) force: bool,
     /// Plot the lines of sensors in the terminal, above the table

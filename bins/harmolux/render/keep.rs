@@ -60,10 +60,7 @@ impl Place {
     ) -> Result<(Film, Kept)> {
         let window = camera.window();
         let fingerprint = fingerprint(file, camera, settings)?;
-        if self.resume.is_some() {
-            let run = fingerprint.run();
-            outputs.iter_mut().try_for_each(|(_, output)| output.check_run(&run))?;
-        }
+        let may_go_on = self.resume.is_some();
         let film = match self.resume.filter(|path| !said_nothing(path)) {
             None => Film::new(window.size(), REPLICATES)?,
             Some(path) => {
@@ -76,8 +73,12 @@ impl Place {
                 film
             }
         };
+        if may_go_on {
+            let run = fingerprint.run();
+            outputs.iter_mut().try_for_each(|(_, output)| output.check_run(&run))?;
+        }
         let claim = Claim::open(&self.path, &Kind::CHECKPOINT, self.force)?;
-        Ok((film, Kept { claim, fingerprint, named: self.named, is_shown: false }))
+        Ok((film, Kept { claim, fingerprint, named: self.named, told: [false; 2] }))
     }
 }
 
@@ -116,8 +117,8 @@ pub(crate) struct Kept {
     claim: Claim,
     fingerprint: Fingerprint,
     named: bool,
-    /// Whether it was said where the picture so far is.
-    is_shown: bool,
+    /// Whether it was said where the picture so far is, and that it cannot be written.
+    told: [bool; 2],
 }
 
 impl Kept {
@@ -141,9 +142,13 @@ impl Kept {
         if !self.write(&rendering.film) {
             return;
         }
+        let told = self.told;
         for (image, output) in outputs {
-            match write(*image, output, Stage::Preview, rendering) {
-                Ok(()) if self.is_shown => {}
+            let written = write(*image, output, Stage::Preview, rendering);
+            let which = usize::from(written.is_err());
+            self.told[which] = true;
+            match written {
+                _ if told[which] => {}
                 Ok(()) => {
                     let path = output.path_at(Stage::Preview).display();
                     say::note(&format!("the picture so far is {path}"));
@@ -154,7 +159,6 @@ impl Kept {
                 }
             }
         }
-        self.is_shown = true;
     }
 
     /// Saves the state of a run that is over, if it is to go on or the file was named.

@@ -54,7 +54,7 @@ Cameras, filters, layers and files: docs/pictures.md")]
 pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) common: SceneArguments,
-    /// Replace output files that another program wrote
+    /// Replace output files that are there already
     #[arg(long)]
     pub(crate) force: bool,
     /// Where to write: FILE.png or FILE.exr; may be repeated [default: the scene's name, both

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use harmolux::Result;
 use harmolux::estimators::{Estimator, ImageSettings, Rendering, Weighting};
-use harmolux::io::images::{Attribute, Computed, Exr, computed_colour, png};
+use harmolux::io::images::{Attribute, Computed, Exr, Png, computed_colour, png};
 use harmolux::io::output::{Kind, Output, Stage};
 use harmolux::io::scene_file::{RenderSpec, SceneFile};
 use harmolux::scene::{Camera, Film, FirstHits, Layer, Scene};
@@ -44,7 +44,13 @@ impl Image {
         run: &str,
     ) -> Result<()> {
         match self {
-            Self::Png => output.write_at(stage, &encode_png(rendering, &of.file.render, run)?),
+            Self::Png => {
+                let made = encode_png(rendering, &of.file.render, run)?;
+                if stage != Stage::Preview {
+                    tell_exposure(rendering, &made, of.file.render.exposure);
+                }
+                output.write_at(stage, &made.bytes)
+            }
             Self::Exr => {
                 let [width, height] = rendering.film.size();
                 let layers = of.file.render.layers.as_deref().unwrap_or(&Layer::ALL);
@@ -78,17 +84,18 @@ pub(crate) fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
     paths.into_iter().map(open).collect()
 }
 
-fn encode_png(rendering: &Rendering, spec: &RenderSpec, run: &str) -> Result<Vec<u8>> {
+fn encode_png(rendering: &Rendering, spec: &RenderSpec, run: &str) -> Result<Png> {
     let [width, height] = rendering.film.size();
-    let pixels = rendering.film.image();
-    let image = png(width, height, &pixels, spec.exposure, Some(run))?;
-    let is_dark = !pixels.iter().any(|pixel| pixel.luminance() > 0.0);
-    say::note(&if is_dark && spec.exposure.is_none() {
+    png(width, height, &rendering.film.image(), spec.exposure, Some(run))
+}
+
+fn tell_exposure(rendering: &Rendering, made: &Png, asked: Option<f64>) {
+    let is_dark = !rendering.film.image().iter().any(|pixel| pixel.luminance() > 0.0);
+    say::note(&if is_dark && asked.is_none() {
         "no exposure: the PNG is black, since no pixel has light".to_owned()
     } else {
-        format!("exposure {} (PNG value per cd/m2)", say::significant(image.exposure, 4))
+        format!("exposure {} (PNG value per cd/m2)", say::significant(made.exposure, 4))
     });
-    Ok(image.bytes)
 }
 
 /// Returns the channels of the light, which are computed from the film as they are written: a film
