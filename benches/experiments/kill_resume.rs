@@ -50,14 +50,13 @@ fn main() -> Result<ExitCode, Failure> {
     let folder = tempfile::tempdir()?;
     std::fs::write(folder.path().join("room.toml"), SCENE)?;
     let started = Instant::now();
-    start(&tool, folder.path(), "whole.exr", false)?.wait()?;
+    start(&tool, folder.path(), "whole.exr")?.wait()?;
     let whole = started.elapsed();
     println!("left alone: {:.1} s", whole.as_secs_f64());
-    let mut resume = false;
     for kill in 0..KILLS {
         let moment = hash([seed, u64::from(kill)]);
         let share = (moment >> 11) as f64 / (1_u64 << 53) as f64;
-        let mut child = start(&tool, folder.path(), "killed.exr", resume)?;
+        let mut child = start(&tool, folder.path(), "killed.exr")?;
         std::thread::sleep(Duration::from_millis(30) + whole.mul_f64(share / 24.0));
         let gently = cfg!(unix) && moment % 2 == 0;
         if child.try_wait()?.is_some() {
@@ -70,10 +69,9 @@ fn main() -> Result<ExitCode, Failure> {
             child.kill()?;
         }
         child.wait()?;
-        resume = folder.path().join("killed.checkpoint").exists();
         println!("{} {}", if gently { "SIGTERM" } else { "SIGKILL" }, kill + 1);
     }
-    start(&tool, folder.path(), "killed.exr", resume)?.wait()?;
+    start(&tool, folder.path(), "killed.exr")?.wait()?;
     let read = |name: &str| std::fs::read(folder.path().join(name));
     let equal = read("whole.exr")? == read("killed.exr")?;
     println!(
@@ -91,11 +89,8 @@ fn tool() -> Result<PathBuf, Failure> {
     if tool.exists() { Ok(tool) } else { Err("build the tool first: cargo build --release".into()) }
 }
 
-fn start(tool: &Path, folder: &Path, output: &str, resume: bool) -> Result<Child, Failure> {
+fn start(tool: &Path, folder: &Path, output: &str) -> Result<Child, Failure> {
     let mut command = Command::new(tool);
-    command.current_dir(folder).args(["render", "room.toml", "-o", output]);
-    if resume {
-        command.arg("--resume");
-    }
+    command.current_dir(folder).args(["render", "room.toml", "-o", output, "--resume"]);
     Ok(command.stdout(Stdio::null()).stderr(Stdio::null()).spawn()?)
 }

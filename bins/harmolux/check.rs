@@ -18,6 +18,7 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
 use crate::common::inputs::{MeshRead, read_mesh};
+use crate::common::target::write_all;
 use crate::common::values::point;
 use crate::common::{paths, say};
 
@@ -56,7 +57,7 @@ pub(crate) struct Check {
     pub(crate) skip_crossings: bool,
     #[command(flatten)]
     pub(crate) habits: MeshHabits,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -72,17 +73,15 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
     let MeshRead { mesh, repair, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
     let settings = CheckSettings { centre: verb.centre, crossings: !verb.skip_crossings };
     let found = Findings::of(&mesh, &settings).map_err(|e| about(&verb.mesh, e))?;
-    if let Some((output, format)) = repaired {
-        output.write(&meshes::encode(&mesh, format)?)?;
-    }
-    if let Some((output, _)) = bad {
-        output.write(&coloured(&mesh, &found)?)?;
-    }
+    let repaired = repaired.map(|(output, format)| output.write(&meshes::encode(&mesh, format)?));
+    let bad = bad.map(|(output, _)| output.write(&coloured(&mesh, &found)?));
+    let written = write_all(repaired.into_iter().chain(bad));
     if as_json {
         say::json(&value(&found, repair.as_ref(), verb));
     } else {
         say::pairs(&lines(&found, verb));
     }
+    written?;
     Ok(if found.is_sound() { Code::Done } else { Code::NotMet })
 }
 

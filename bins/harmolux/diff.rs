@@ -15,6 +15,7 @@ use crate::common::advice;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, SeriesHabits};
 use crate::common::subject::Read;
+use crate::common::target::write_all;
 use crate::common::values::{length, point};
 use crate::common::{paths, say};
 
@@ -58,7 +59,7 @@ pub(crate) struct Diff {
     pub(crate) mesh: MeshHabits,
     #[command(flatten)]
     pub(crate) series: SeriesHabits,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -82,17 +83,15 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     let found = pair.compare().map_err(|e| about_both(verb, e))?;
     let met = verb.tolerance.map(|tolerance| found.hausdorff.upper <= tolerance);
     fill(&mut table, verb, &found);
-    if let Some(output) = output {
-        output.write(&table.to_csv()?)?;
-    }
-    if let Some(output) = map {
-        write_map(output, &pair.distance_map())?;
-    }
+    let csv = output.map(|output| output.write(&table.to_csv()?));
+    let map = map.map(|output| write_map(output, &pair.distance_map()));
+    let written = write_all(csv.into_iter().chain(map));
     if as_json {
         say::json(&value(verb, &found, met));
     } else {
         report(verb, &found);
     }
+    written?;
     Ok(judge(verb, &found.hausdorff, met))
 }
 

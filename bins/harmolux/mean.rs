@@ -35,7 +35,7 @@ pub(crate) struct Mean {
     pub(crate) weights: Option<Vec<f64>>,
     #[command(flatten)]
     pub(crate) reading: SeriesReading,
-    /// Replace a file that another program wrote
+    /// Replace a file that is there already
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -54,7 +54,7 @@ pub(crate) struct Mesh {
     pub(crate) degree: Option<u32>,
     #[command(flatten)]
     pub(crate) reading: SeriesReading,
-    /// Replace a file that another program wrote
+    /// Replace a file that is there already
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -14,7 +14,7 @@ use harmolux::{Error, Result};
 use serde_json::json;
 
 use crate::common::exit::Code;
-use crate::common::shape_file::{self, ShapeFile};
+use crate::common::shape_file;
 use crate::common::values::{Settings, settings};
 use crate::common::{paths, say};
 
@@ -58,7 +58,7 @@ pub(crate) struct Random {
     /// Where to write the shape; with --count the folder, made when it is not there
     #[arg(short, long, value_name = "FILE.txt|DIR")]
     pub(crate) output: PathBuf,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -85,18 +85,18 @@ type Draw = Box<dyn Fn(u64) -> Result<RandomShape>>;
 pub(crate) fn run(verb: &Random, as_json: bool) -> Result<Code> {
     let draw = verb.draw()?;
     let Some(count) = verb.count else {
-        let output = shape_file::open(&verb.output, verb.force)?;
-        return finish(verb, vec![(verb.seed, output)], draw.as_ref(), as_json);
+        let files = [(verb.seed, verb.output.clone())];
+        return finish(verb, &files, draw.as_ref(), as_json);
     };
     let folder = &verb.output;
     let is_new = !folder.exists();
     std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))?;
     let file = |i: u32| {
         let seed = verb.seed.wrapping_add(u64::from(i));
-        Ok((seed, shape_file::open(&folder.join(format!("{seed}.txt")), verb.force)?))
+        (seed, folder.join(format!("{seed}.txt")))
     };
-    let files: Result<Vec<(u64, ShapeFile)>> = (0..count).map(file).collect();
-    let done = files.and_then(|files| finish(verb, files, draw.as_ref(), as_json));
+    let files: Vec<(u64, PathBuf)> = (0..count).map(file).collect();
+    let done = finish(verb, &files, draw.as_ref(), as_json);
     if done.is_err() && is_new {
         // Removes an empty folder only.
         let _ = std::fs::remove_dir(folder);
@@ -208,17 +208,20 @@ fn positive(seed: u64, c: &Coefficients) -> Result<(f64, f64)> {
     )))
 }
 
-/// Draws and writes one shape after the other; when one fails, those before it stand.
+/// Draws and writes one shape after the other, once all can be written; when one fails, those
+/// before it stand.
 fn finish(
     verb: &Random,
-    files: Vec<(u64, ShapeFile)>,
+    files: &[(u64, PathBuf)],
     draw: &dyn Fn(u64) -> Result<RandomShape>,
     as_json: bool,
 ) -> Result<Code> {
     let mut rows = Vec::with_capacity(files.len());
-    for (seed, output) in files {
-        let drawn = draw(seed)?;
-        rows.push(Row::of(seed, &drawn)?);
+    files.iter().try_for_each(|(_, path)| shape_file::open(path, verb.force).map(drop))?;
+    for (seed, path) in files {
+        let output = shape_file::open(path, verb.force)?;
+        let drawn = draw(*seed)?;
+        rows.push(Row::of(*seed, &drawn)?);
         output.write(&Shape::new(drawn.coefficients))?;
     }
     if as_json {

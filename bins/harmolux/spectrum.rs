@@ -7,13 +7,14 @@ use harmolux::Result;
 use harmolux::error::shown;
 use harmolux::fit::Shape;
 use harmolux::io::coefficients;
+use harmolux::io::output::Stage;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::plots::{Axis, Curve, Figure};
 use harmolux::sh;
 
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
-use crate::common::target::Target;
+use crate::common::target::{Target, write_all};
 use crate::common::{plot, say};
 
 /// Show the power per degree of shapes
@@ -39,7 +40,7 @@ pub(crate) struct Spectrum {
     pub(crate) plot: bool,
     #[command(flatten)]
     pub(crate) reading: SeriesReading,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -64,9 +65,8 @@ pub(crate) fn run(verb: &Spectrum, as_json: bool) -> Result<Code> {
         shape.fill(&mut table);
     }
     let figure = figure(&shapes);
-    for target in targets {
-        target.write(&table, &figure)?;
-    }
+    let write = |target: Target| target.write(&table, &figure, Stage::Complete);
+    let written = write_all(targets.into_iter().map(write));
     if as_json {
         say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else if verb.plot {
@@ -74,6 +74,7 @@ pub(crate) fn run(verb: &Spectrum, as_json: bool) -> Result<Code> {
     } else {
         report(&shapes);
     }
+    written?;
     for path in &verb.output {
         say::note(&format!("written {}", path.display()));
     }

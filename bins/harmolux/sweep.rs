@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use harmolux::fit::Shape;
 use harmolux::io::input::Input;
-use harmolux::io::output::Output;
+use harmolux::io::output::{Output, Stage};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::study::{SweepRow, sweep, sweep_figure};
 use harmolux::{Error, Result};
@@ -16,7 +16,8 @@ use crate::common::flags::MeshHabits;
 use crate::common::inputs::{MeshRead, read_mesh};
 use crate::common::plot::PlotFormat;
 use crate::common::say;
-use crate::common::shape_file::{self, ShapeFile};
+use crate::common::shape_file;
+use crate::common::target::write_all;
 use crate::common::values::{Degrees, degrees};
 
 /// Measure what each truncation degree costs and buys, beside the mesh itself
@@ -39,7 +40,7 @@ pub(crate) struct Sweep {
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) habits: MeshHabits,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -60,7 +61,7 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let mut table = columns();
     let csv = Output::open(&verb.output.join("sweep.csv"), &table.csv_kind()?, verb.force)?;
     let stem = verb.mesh.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let file = |degree: &usize| {
+    let file = |degree: usize| {
         let path = verb.output.join(format!("{stem}-{degree}.txt"));
         shape_file::open(&path, verb.force)
     };
@@ -69,7 +70,8 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     };
     let plots = [("sweep.svg", PlotFormat::Svg), ("sweep.png", PlotFormat::Png)];
     let plots: Vec<(PlotFormat, Output)> = plots.into_iter().map(plot).collect::<Result<_>>()?;
-    let files: Vec<ShapeFile> = verb.degrees.0.iter().map(file).collect::<Result<_>>()?;
+    // Checked now, held only while it is written: there may be more than can be open at once.
+    verb.degrees.0.iter().try_for_each(|degree| file(*degree).map(drop))?;
     let MeshRead { mesh, source, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
     let lines = verb.degrees.0.len() + 1;
     let rows = sweep(&mesh, &verb.degrees.0, &|done| say::note(&format!("{done} of {lines}")))
@@ -77,25 +79,28 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     for row in &rows {
         fill(&mut table, row);
     }
-    csv.write(&table.to_csv()?)?;
-    let figure = sweep_figure(&rows);
-    for (format, output) in plots {
-        format.write(&figure, output)?;
-    }
-    for (row, file) in rows.iter().zip(files) {
-        let Some(fit) = &row.fit else { continue };
+    let fits = rows.iter().filter_map(|row| row.fit.as_ref());
+    let shapes = fits.map(|fit| {
         let shape = Shape {
             coefficients: fit.coefficients.clone(),
             centre: fit.centre,
             source: Some(source.clone()),
             truncated_from: None,
         };
-        file.write(&shape)?;
-    }
+        file(fit.coefficients.lmax())?.write(&shape)
+    });
+    let figure = sweep_figure(&rows);
+    let plots = plots.into_iter().map(|(format, o)| format.write(&figure, o, Stage::Complete));
+    // What took longest to get first, the pictures last.
+    let table_written = std::iter::once_with(|| csv.write(&table.to_csv()?));
+    let written = write_all(shapes.chain(table_written).chain(plots));
     if as_json {
         say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
         report(&rows);
+    }
+    written?;
+    if !as_json {
         say::note(&format!("written to {}", verb.output.display()));
     }
     Ok(Code::Done)

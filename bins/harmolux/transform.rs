@@ -65,7 +65,7 @@ pub(crate) struct Transform {
     pub(crate) to_origin: bool,
     #[command(flatten)]
     pub(crate) reading: SeriesReading,
-    /// Replace a file that another program wrote
+    /// Replace a file that is there already
     #[arg(long)]
     pub(crate) force: bool,
 }

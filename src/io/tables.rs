@@ -246,7 +246,7 @@ mod tests {
         ];
         for (name, kind, bytes) in files {
             for _ in 0..2 {
-                let output = Output::open(&folder.path().join(name), &kind, false);
+                let output = Output::open_again(&folder.path().join(name), &kind, false);
                 output.expect("free, then ours").write(&bytes).expect("written");
             }
         }

@@ -82,7 +82,7 @@ fn files_are_known_again() {
     for (name, kind, bytes) in files {
         let path = folder.path().join(name);
         for _ in 0..2 {
-            Output::open(&path, &kind, false)
+            Output::open_again(&path, &kind, false)
                 .expect("free, then ours")
                 .write(&bytes)
                 .expect("written");
@@ -90,5 +90,5 @@ fn files_are_known_again() {
     }
     let foreign = folder.path().join("drawing.svg");
     std::fs::write(&foreign, "<svg xmlns=\"http://www.w3.org/2000/svg\"></svg>").expect("written");
-    assert!(Output::open(&foreign, &Kind::SVG, false).is_err());
+    assert!(Output::open_again(&foreign, &Kind::SVG, false).is_err());
 }

@@ -203,7 +203,8 @@ fn pictures_of_every_camera_have_layers_metadata_and_false_colours() {
         ("glare", "fisheye"),
         ("around", "panorama"),
     ] {
-        done(at, &["render", "room.toml", "--camera", name, "-o", "a.exr", "-o", "a.png"]);
+        let to = ["-o", "a.exr", "-o", "a.png", "--force"];
+        done(at, &[&["render", "room.toml", "--camera", name], &to[..]].concat());
         let exr = Exr::read(&at.join("a.exr")).expect("an EXR");
         assert_eq!(exr.attribute("camera"), Some(&name.into()));
         assert_eq!(exr.attribute("cameraType"), Some(&kind.into()));
@@ -223,8 +224,8 @@ fn pictures_of_every_camera_have_layers_metadata_and_false_colours() {
         let [x, y, z] = ["normal.X", "normal.Y", "normal.Z"].map(channel);
         let lengths = x.iter().zip(y).zip(z).map(|((x, y), z)| (x * x + y * y + z * z).sqrt());
         assert!(lengths.fold(0.0_f32, f32::max) <= 1.0 + 1e-6);
-        done(at, &["falsecolor", "a.exr", "-o", "b.png"]);
-        done(at, &["falsecolor", "a.exr", "-o", "c.png", "--channel", "id.Y"]);
+        done(at, &["falsecolor", "a.exr", "-o", "b.png", "--force"]);
+        done(at, &["falsecolor", "a.exr", "-o", "c.png", "--force", "--channel", "id.Y"]);
     }
     assert!(fs::metadata(at.join("b.png")).is_ok_and(|file| file.len() > 1000));
 }
@@ -249,7 +250,7 @@ fn crops_and_chosen_layers_reach_the_files() {
     done(at, &["render", "room.toml", "--quick", "--crop", "4,2,14,9", "-o", "quick.exr"]);
     assert_eq!((read("quick.exr").width(), read("quick.exr").height()), (5, 4));
     let bytes = fs::read(at.join("part.exr")).expect("read");
-    done(at, &crop);
+    done(at, &[&crop[..], &["--force"]].concat());
     assert_eq!(fs::read(at.join("part.exr")).expect("read"), bytes, "equal runs, other bytes");
 }
 

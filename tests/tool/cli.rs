@@ -87,7 +87,8 @@ fn refused_mesh(desk: &Desk, mesh: &str, words: &[&str]) {
 fn head_room_renders_to_png_and_exr_with_a_full_report_again_and_again() {
     let desk = Desk::new();
     for _ in 0..2 {
-        let output = desk.done(["render", &head_room()].into_iter().chain(SHORT));
+        let again = ["render", &head_room(), "--force"];
+        let output = desk.done(again.into_iter().chain(SHORT));
         assert_says(
             &output.out,
             &[
@@ -177,7 +178,7 @@ fn override_changes_the_light() {
     let desk = desk_with_room();
     let mean = |intensity: &str| {
         let define = format!("lights.lamp.point.intensity={intensity}");
-        let report = desk.json(["render", "room.toml", "-D", &define]);
+        let report = desk.json(["render", "room.toml", "--force", "-D", &define]);
         report["mean_luminance"].as_f64().expect("a number")
     };
     let [one, two] = [mean("100"), mean("200")];
@@ -191,7 +192,7 @@ fn override_changes_the_light() {
 fn illum_prints_a_table_for_each_group_and_writes_csv() {
     let desk = desk_with_room();
     for _ in 0..2 {
-        let output = desk.done(["illum", "room.toml", "-o", "lux.csv"]);
+        let output = desk.done(["illum", "room.toml", "-o", "lux.csv", "--force"]);
         assert_says(
             &output.out,
             &["| floor |", "| spots |", "E lx", "± 95 %", "direct lx", "floor: mean", "floor: U0 "],
@@ -308,7 +309,7 @@ fn info_describes_meshes_with_their_faults() {
 fn sweep_prints_and_writes_a_line_for_each_degree_and_the_mesh() {
     let desk = Desk::new();
     for _ in 0..2 {
-        let sweep = ["sweep", &repository("data/head.obj"), "-l", "2,4", "-o", "out"];
+        let sweep = ["sweep", &repository("data/head.obj"), "-l", "2,4", "-o", "out", "--force"];
         let table = desk.done(sweep).out;
         assert_says(&table, &["| degree 2 |", "| degree 4 |", "| mesh     |", "587 796 B"]);
     }
@@ -547,7 +548,7 @@ fn wrong_extension_is_refused_with_a_better_name() {
 }
 
 #[test]
-fn foreign_file_is_replaced_only_by_force() {
+fn file_that_is_there_is_replaced_only_by_force() {
     let desk = desk_with_room();
     desk.put("cube.obj", cube(1.0));
     for (name, mut arguments) in [
@@ -558,10 +559,15 @@ fn foreign_file_is_replaced_only_by_force() {
         ("sweep.csv", vec!["sweep", "cube.obj", "-l", "2", "-o", "."]),
     ] {
         desk.put(name, "another's");
-        desk.refused(&arguments, &[name, "not written by this program", "--force"]);
+        desk.refused(&arguments, &[name, "this file is there already", "--force"]);
+        desk.done([&arguments[..], &["--force"]].concat());
+        assert!(desk.bytes(name) != b"another's", "{name} is as it was");
+        // Its own result may have cost a night, or have got rows since: it stays as well.
+        fs::remove_file(desk.path(name)).expect("removed");
         arguments.push("--force");
         desk.done(&arguments);
-        assert!(desk.bytes(name) != b"another's", "{name} is as it was");
+        arguments.pop();
+        desk.refused(&arguments, &["this file is there already"]);
     }
 }
 
@@ -569,7 +575,7 @@ fn foreign_file_is_replaced_only_by_force() {
 
 /// Runs a render of the room with one override and gives what it says on stderr.
 fn warnings(desk: &Desk, define: &str) -> String {
-    desk.done(["render", "room.toml", "-D", define]).err
+    desk.done(["render", "room.toml", "--force", "-D", define]).err
 }
 
 #[test]
@@ -640,7 +646,7 @@ fn light_that_leaves_an_open_scene_is_warned_of() {
     let (before, after) = text.split_once("[objects.room.box]").expect("a room");
     let (_, after) = after.split_once("\n\n").expect("its end");
     desk.put("room.toml", format!("{before}[objects]\nfloor.rectangle = {open}\n\n{after}"));
-    let said = desk.done(["render", "room.toml"]).err;
+    let said = desk.done(["render", "room.toml", "--force"]).err;
     assert_says(&said, &["warning: ", "% of the light left the scene"]);
 }
 
@@ -713,9 +719,11 @@ mod interrupts {
         let (code, said) = interrupted(&desk, &["render", "room.toml", "-j", "1", "-D", walks]);
         assert_eq!(code, Some(130), "{said}");
         assert_says(&said, &["warning: interrupted: the files hold the picture so far"]);
-        let image = Exr::read(&desk.path("room.exr")).expect("readable");
+        assert!(!desk.path("room.exr").exists(), "what is unfinished takes no place");
+        let image = Exr::read(&desk.path("room.unfinished.exr")).expect("readable");
         assert!(image.channel("luminance.Y").is_some_and(|y| y.iter().any(|v| *v > 0.0)));
-        assert!(desk.bytes("room.png").ends_with(b"IEND\xaeB`\x82"), "the PNG is cut short");
+        let png = desk.bytes("room.unfinished.png");
+        assert!(png.ends_with(b"IEND\xaeB`\x82"), "the PNG is cut short");
     }
 
     #[test]
@@ -725,7 +733,10 @@ mod interrupts {
         let arguments = ["illum", "room.toml", "-j", "1", "-o", "a.csv", "-D", walks];
         let (code, said) = interrupted(&desk, &arguments);
         assert_eq!(code, Some(130), "{said}");
-        assert_eq!(desk.text("a.csv").lines().count(), 6, "a header and five sensors");
+        assert_says(&said, &["written a.unfinished.csv"]);
+        let table = desk.text("a.unfinished.csv");
+        assert_eq!(table.lines().count(), 6, "a header and five sensors");
+        assert!(!desk.path("a.csv").exists(), "what is unfinished takes no place");
     }
 }
 

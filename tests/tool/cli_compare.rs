@@ -97,7 +97,7 @@ fn diff_writes_its_numbers_and_refuses_what_it_cannot_use() {
     fs::write(desk.path("notes.csv"), "my notes\n").expect("written");
     desk.refused(
         ["diff", "ball.txt", "ball.txt", "-o", "notes.csv"],
-        &["not written by this program"],
+        &["notes.csv: this file is there already"],
     );
 }
 
@@ -122,7 +122,7 @@ fn spectra_are_plotted_to_files_and_to_the_terminal() {
     let desk = desk();
     let files = ["-o", "s.svg", "-o", "s.png", "-o", "s.csv"];
     for _ in 0..2 {
-        desk.done([&["spectrum", "bumpy.txt"], &files[..]].concat());
+        desk.done([&["spectrum", "bumpy.txt", "--force"], &files[..]].concat());
     }
     assert_says(
         &fs::read_to_string(desk.path("s.svg")).expect("there"),

@@ -85,7 +85,7 @@ fn two_hundred_heads_are_judged_each_by_itself() {
         .concat();
     desk.put("room.toml", format!("{}{heads}{}", &ROOM[..start], &ROOM[end..]));
     let details = |define: &str| {
-        let words = ["-D", define, "--size", "240x160", "-o", "a.png", "--json"];
+        let words = ["-D", define, "--size", "240x160", "-o", "a.png", "--force", "--json"];
         let said = render(&desk, &words);
         let report: Value = serde_json::from_str(&said.out).expect("JSON");
         (report["details"].as_array().expect("a list").clone(), said.err)

@@ -73,11 +73,11 @@ fn standard_cases_need_no_options() {
 }
 
 #[test]
-fn csv_has_the_numbers_of_json_and_replaces_only_its_own() {
+fn csv_has_the_numbers_of_json_and_is_replaced_only_by_force() {
     for (problem, count) in STANDARD {
         let desk = desk();
         for _ in 0..2 {
-            let said = desk.done(format!("{problem} -o out.csv"));
+            let said = desk.done(format!("{problem} -o out.csv --force"));
             assert!(said.err.contains("written out.csv"));
         }
         let csv = desk.text("out.csv");

@@ -118,7 +118,8 @@ fn an_envelope_that_rings_says_so_and_the_advice_helps() {
     desk.put("cap.obj", capped());
     desk.put("cube.obj", cube(1.0));
     let fit = |more: &str| {
-        let said = desk.done(format!("cap.obj -o a.txt --not-star outermost --json {more}"));
+        let said =
+            desk.done(format!("cap.obj -o a.txt --force --not-star outermost --json {more}"));
         (serde_json::from_str::<Value>(&said.out).expect("JSON"), said.err)
     };
     let (plain, said) = fit("-l 16");
@@ -147,7 +148,7 @@ fn vertices_without_faces_count_nowhere() {
     desk.put("more.obj", cube(1.0) + "v 50 60 70\nv 80 90 100\n");
     let [plain, more] = ["cube", "more"].map(|name| {
         desk.done(format!("sweep {name}.obj -l 2 -o {name}"));
-        let fit = desk.json(format!("fit {name}.obj -l 4 -o a.txt"));
+        let fit = desk.json(format!("fit {name}.obj -l 4 -o {name}.txt"));
         let info = desk.json(format!("info {name}.obj"));
         let table = desk.text(&format!("{name}/sweep.csv"));
         let mesh = table.lines().last().and_then(|line| line.split(',').nth(3).map(str::to_owned));
@@ -184,7 +185,7 @@ fn a_fit_states_its_errors_of_radius_normal_volume_and_area() {
     let [mean, most] = ["normal_mean_degrees", "normal_95_degrees"].map(|name| number(&fit, name));
     assert!(mean > 1.0 && most > mean && most < 60.0, "{fit}");
     assert!((number(&fit, "rms") / number(&fit, "rms_by_parseval") - 1.0).abs() <= 0.01, "{fit}");
-    let text = desk.done("cube.obj -l 12 -o a.txt").out;
+    let text = desk.done("cube.obj -l 12 -o b.txt").out;
     for word in ["normals ", "volume ", "area ", "(by Parseval "] {
         assert!(text.contains(word), "`{word}` is missing in:\n{text}");
     }
@@ -228,7 +229,7 @@ fn degrees_from_0_to_300_are_fitted() {
     desk.put("cube.obj", cube(1.0));
     let mut last = f64::INFINITY;
     for degree in [0, 1, 95, 96, 300] {
-        let fit = desk.json(format!("cube.obj -l {degree} -o a.txt"));
+        let fit = desk.json(format!("cube.obj -l {degree} -o {degree}.txt"));
         let rms = number(&fit, "rms");
         assert!(
             rms <= last && (rms / number(&fit, "rms_by_parseval") - 1.0).abs() <= 0.01,
@@ -344,7 +345,7 @@ fn many_meshes_answer_in_json_and_again() {
     desk.put("a.obj", cube(1.0));
     desk.put("b.obj", cube(2.0));
     for _ in 0..2 {
-        let report = desk.json("a.obj b.obj -l 2 -o out");
+        let report = desk.json("a.obj b.obj -l 2 -o out --force");
         assert_eq!(report["rows"][1]["name"], "b.obj");
         let [a, b] = [0, 1].map(|i| number(&report["rows"][i], "mean_radius"));
         assert!((b / a - 2.0).abs() <= 1e-12 && report["rows"][0]["error"] == Value::Null);
@@ -363,7 +364,7 @@ fn many_meshes_replace_nothing_of_others_and_collide_not() {
     desk.refused("a.obj a.xyz -l 0 -o out", &["a.obj and a.xyz would both be written to"]);
     fs::create_dir(desk.path("out")).expect("made");
     desk.put("out/b.txt", "mine");
-    desk.refused("a.obj b.obj -l 2 -o out", &["not written by this program", "--force"]);
+    desk.refused("a.obj b.obj -l 2 -o out", &["out/b.txt: this file is there already", "--force"]);
     assert_eq!(desk.text("out/b.txt"), "mine");
     desk.refused("a.obj b.obj -l 2 -o out/b.txt", &["cannot create"]);
     desk.done("a.obj b.obj -l 2 -o out --force");

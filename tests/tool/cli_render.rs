@@ -61,17 +61,18 @@ fn wait(child: &mut Child, ready: impl Fn() -> bool) -> bool {
 fn picture_without_light_has_no_exposure_and_no_error() {
     let desk = desk();
     let dark = ["-D", "materials.grey.lambert.reflectance=0", "-D", SHORT, "-o", "a.png"];
-    let said = desk.done(dark);
+    let dark = [&dark[..], &["--force"]].concat();
+    let said = desk.done(&dark);
     assert_says(&said.err, &["no exposure: the PNG is black", "no light came to any pixel"]);
     assert!(!said.all().1.to_lowercase().contains("nan"), "a dark picture has numbers");
-    let report = desk.json(dark);
+    let report = desk.json(&dark);
     for name in ["median_relative_error", "relative_error_of_95_percent"] {
         assert!(report[name].is_null(), "{name}: {report}");
     }
     let given = desk.done([&dark[..], &["--exposure", "2"]].concat()).err;
     assert_says(&given, &["exposure 2.000 (PNG value per cd/m2)"]);
     // Light that is fainter than one over the largest number.
-    let faint = ["-D", "lights.lamp.point.intensity=1e-318", "-D", SHORT, "-o", "a.png"];
+    let faint = ["-D", "lights.lamp.point.intensity=1e-318", "-D", SHORT, "-o", "b.png"];
     assert_says(&desk.done(faint).err, &["exposure 1.798e308 (PNG value per cd/m2)"]);
 }
 
@@ -94,14 +95,14 @@ fn killed_runs_go_on_to_the_same_picture() {
         child.kill().expect("killed");
         child.wait().expect("it ends");
         kills += 1;
-        // The picture so far is there, after the checkpoint.
         words = vec!["-o", "a.exr", "--resume"];
     }
     assert!(kills > 0, "the run was over before its first checkpoint");
     let said = desk.run(&words);
     assert_says(&said.err, &["going on after"]);
     assert!(desk.bytes("a.exr") == desk.bytes("whole.exr"), "after {kills} kills");
-    assert!(!desk.path("a.checkpoint").exists(), "an unnamed checkpoint stays");
+    let left: Vec<_> = desk.content().into_keys().collect();
+    assert_eq!(left.len(), 3, "the scene and two pictures: {left:?}");
 }
 
 #[cfg(unix)]
@@ -116,40 +117,106 @@ fn terminated_run_saves_and_goes_on() {
     let said = Said::of(&child.wait_with_output().expect("it ends"));
     assert_eq!(said.code, 130, "{}", said.err);
     assert_says(&said.err, &["--resume=a.checkpoint"]);
-    assert!(!desk.bytes("a.exr").is_empty());
+    assert_says(&said.out, &["written         a.unfinished.exr"]);
+    assert!(!desk.bytes("a.unfinished.exr").is_empty() && !desk.path("a.exr").exists());
     desk.run(["-o", "a.exr", "--resume=a.checkpoint"]);
     assert!(desk.bytes("a.exr") == desk.bytes("whole.exr"));
 }
 
 #[test]
-fn two_runs_never_share_a_checkpoint_and_a_killed_one_leaves_it_free() {
+fn two_runs_never_write_one_file_and_a_killed_one_leaves_it_free() {
     let desk = desk();
     let long = ["-o", "a.exr", "-D", "render.stop={ time = 60 }", "-D", "render.checkpoint=60"];
     let mut first = desk.start(long);
     assert!(wait(&mut first, || desk.path("a.checkpoint").exists()), "over too soon");
-    let words = ["a.checkpoint: another run is under way", "wait until it ends"];
+    let words = ["a.exr: another run is under way", "wait until that run ends"];
     for more in [&[][..], &["--resume"], &["--force"]] {
         desk.refused([&["-o", "a.exr"][..], more].concat(), &words);
     }
+    let other = ["-o", "c.exr", "--checkpoint", "a.checkpoint", "-D", SHORT];
+    desk.refused(other, &["a.checkpoint: another run is under way"]);
     desk.done(["-o", "b.exr", "-D", SHORT]);
     first.kill().expect("killed");
     first.wait().expect("it ends");
     // It was killed before it saved anything: the next run begins anew, asked to go on or not.
     let said = desk.done(["-o", "a.exr", "-D", SHORT, "--resume"]);
-    assert_says(&said.err, &["a.checkpoint holds nothing yet: beginning anew"]);
+    assert_says(&said.err, &["nothing to go on with in a.checkpoint: beginning anew"]);
     desk.put("a.checkpoint", "");
-    desk.done(["-o", "a.exr", "-D", SHORT]);
+    desk.done(["-o", "a.exr", "-D", SHORT, "--force"]);
     assert!(desk.bytes("a.exr") == desk.bytes("b.exr"));
     assert_eq!(desk.content().len(), 3, "{:?}", desk.content().keys());
 }
 
 #[test]
-fn what_a_killed_run_left_unfinished_is_removed_by_the_next() {
-    let desk = desk().with("a.unfinished.exr", "half of a picture");
-    desk.put("b.unfinished.exr", "half of another");
+fn one_file_named_twice_is_refused() {
+    let desk = desk();
+    desk.refused(["-o", "a.exr", "-o", "./a.exr"], &["a.exr: ", "or it is named twice"]);
+}
+
+#[test]
+fn only_what_carries_our_mark_is_taken_for_what_a_killed_run_left() {
+    let desk = desk();
     desk.done(["-o", "a.exr", "-D", SHORT]);
-    let left = ["a", "b"].map(|n| desk.path(&format!("{n}.unfinished.exr")).exists());
-    assert_eq!(left, [false, true]);
+    desk.put("b.unfinished.exr", desk.bytes("a.exr"));
+    desk.put("c.unfinished.exr", "notes of a user");
+    for name in ["b.exr", "c.exr"] {
+        desk.done(["-o", name, "-D", SHORT]);
+        assert!(desk.bytes(name) == desk.bytes("a.exr"));
+    }
+    assert!(!desk.path("b.unfinished.exr").exists());
+    assert_eq!(desk.text("c.unfinished.exr"), "notes of a user");
+    // A run that is refused leaves both kinds.
+    desk.put("a.unfinished.exr", desk.bytes("a.exr"));
+    desk.refused(["-o", "a.exr", "-D", SHORT], &["a.exr: this file is there already"]);
+    desk.refused(["-o", "c.exr", "-D", SHORT], &["c.exr: this file is there already"]);
+}
+
+#[test]
+fn nothing_to_go_on_with_begins_anew_until_the_picture_is_there() {
+    let desk = desk();
+    // As `until harmolux render room.toml --resume` does, the last time after a kill between the
+    // end of the run and that of the process.
+    for _ in 0..2 {
+        let said = desk.done(["-o", "a.exr", "-D", SHORT, "--resume"]);
+        assert_says(&said.err, &["nothing to go on with in a.checkpoint: beginning anew"]);
+    }
+    let before = desk.bytes("a.exr");
+    desk.refused(["-o", "a.exr", "-D", SHORT], &["a.exr: this file is there already"]);
+    let words = ["a.exr: it is of another run", "--force"];
+    desk.refused(["-o", "a.exr", "-D", SHORT, "--resume", "--seed", "7"], &words);
+    desk.put("a.exr", "a picture of a cat");
+    desk.refused(["-o", "a.exr", "-D", SHORT, "--resume"], &["not written by this program"]);
+    desk.done(["-o", "a.exr", "-D", SHORT, "--resume", "--force"]);
+    assert!(desk.bytes("a.exr") == before);
+}
+
+#[test]
+fn picture_without_a_place_is_kept_with_its_checkpoint() {
+    let desk = desk();
+    let stop = "render.stop={ walks = 2048 }";
+    desk.done(["-o", "whole.exr", "-D", stop]);
+    fs::create_dir(desk.path("out")).expect("made");
+    let mut child = desk.start(["-o", "out/a.exr", "-o", "out/b.exr", "-D", stop]);
+    let held = ["out/a.unfinished.exr", "out/b.unfinished.exr", "out/a.checkpoint"];
+    let is_on = || held.iter().all(|name| desk.path(name).exists());
+    assert!(wait(&mut child, is_on), "over too soon");
+    while desk.path("out").exists() {
+        let _ = fs::remove_dir_all(desk.path("out"));
+    }
+    let said = Said::of(&child.wait_with_output().expect("it ends"));
+    assert_eq!(said.code, 3, "{}", said.err);
+    for name in ["a", "b"] {
+        let kept = format!("{name}.kept-1.exr");
+        assert_says(&said.err, &[&format!("out/{name}.exr: cannot write"), &kept]);
+        assert!(desk.bytes(&kept) == desk.bytes("whole.exr"));
+    }
+    // One copy of the state, however often it was saved.
+    assert_says(&said.err, &["go on with the same command and `--resume="]);
+    assert!(desk.path("a.kept-1.checkpoint").exists());
+    assert_eq!(desk.content().len(), 5, "{:?}", desk.content().keys());
+    let resumed = ["-o", "c.exr", "-D", stop, "--resume=a.kept-1.checkpoint"];
+    desk.done(resumed);
+    assert!(desk.bytes("c.exr") == desk.bytes("whole.exr"));
 }
 
 #[test]
@@ -192,7 +259,6 @@ fn checkpoints_of_other_runs_are_refused_with_the_difference() {
     let other = "cameras.other.panorama={ from = [2, 2, 2], resolution = [12, 8] }";
     resumed(["--camera=other", &format!("-D{other}")], &["the camera was `main`, is `other`"]);
     resumed(["-D", "render.estimator=double-local"], &["the estimator was `path`"]);
-    desk.refused(["--resume=none.checkpoint"], &["none.checkpoint: cannot read"]);
     fs::write(desk.path("k.checkpoint"), b"a picture of a cat").expect("written");
     desk.refused(["--resume=k.checkpoint"], &["k.checkpoint", "not written by this program"]);
 }

@@ -158,7 +158,7 @@ fn mean_of_a_shape_and_its_mirror_image_is_symmetric() {
     assert!((first - second).abs() <= 1e-15 && first > 0.01);
     // Of two the sample deviation is sqrt 2 times the distance from the mean.
     assert!((number(&said["scatter"]) - 2.0_f64.sqrt() * first).abs() <= 1e-14);
-    let table = desk.run(["mean", "lump.txt", "twin.txt", "-o", "mean.txt"]);
+    let table = desk.done(["mean", "lump.txt", "twin.txt", "-o", "mean.txt", "--force"]);
     assert!(table.out.contains("| twin.txt |"));
 }
 

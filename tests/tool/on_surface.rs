@@ -359,8 +359,8 @@ fn map_of_a_mesh_is_that_mesh_with_its_illuminance() {
     for (there, here) in map.positions().iter().zip(cube.positions()) {
         assert!(there.distance(0.5 * *here + DVec3::new(0.0, 0.0, 5.0)) <= 1e-15);
     }
-    // What it wrote it may replace; the rows of the table are the same sensors.
-    let (code, said) = illum(&folder, &cube_of_points(), &["-o", "map.ply"]);
+    // The rows of the table are the same sensors.
+    let (code, said) = illum(&folder, &cube_of_points(), &["-o", "map.ply", "--force"]);
     assert_eq!(code, 0, "{said}");
     let cloud = fs::read(folder.path().join("map.ply")).expect("written");
     let end = cloud.windows(11).position(|w| w == b"end_header\n").expect("a header") + 11;

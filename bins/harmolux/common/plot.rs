@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::path::Path;
 
-use harmolux::io::output::{Kind, Output};
+use harmolux::io::output::{Kind, Output, Stage};
 use harmolux::plots::Figure;
 use harmolux::{Error, Result};
 
@@ -39,10 +39,11 @@ impl PlotFormat {
     }
 
     /// Writes a figure.
-    pub(crate) fn write(self, figure: &Figure, output: Output) -> Result<()> {
+    pub(crate) fn write(self, figure: &Figure, output: Output, stage: Stage) -> Result<()> {
+        let mut output = output;
         match self {
-            Self::Svg => output.write(figure.to_svg()?.as_bytes()),
-            Self::Png => output.write(&figure.to_png(PIXELS[0], PIXELS[1])?),
+            Self::Svg => output.write_at(stage, figure.to_svg()?.as_bytes()),
+            Self::Png => output.write_at(stage, &figure.to_png(PIXELS[0], PIXELS[1])?),
         }
     }
 }

@@ -3,6 +3,7 @@
 use harmolux::estimators::{
     Ending, Estimator, RadiositySettings, SensorSettings, Stop, Survey, Weighting,
 };
+use harmolux::io::output::Stage;
 use harmolux::io::scene_file::{IllumEstimator, IllumSpec};
 use harmolux::math::Randomness;
 use harmolux::math::stats::Estimate;
@@ -58,6 +59,14 @@ pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>, name: &str) -
         Ending::Interrupted => Code::Interrupted,
         _ if met => Code::Done,
         _ => Code::NotMet,
+    }
+}
+
+/// Says how far the results of a survey are.
+pub(crate) fn stage(survey: &Survey) -> Stage {
+    match survey.ending {
+        Ending::Interrupted => Stage::Unfinished,
+        _ => Stage::Complete,
     }
 }
 

@@ -1,13 +1,27 @@
-//! Where a table that is also a plot goes, by the extension of a file.
+//! Where a table that is also a plot goes, by the extension of a file; and several outputs of one
+//! run.
 
 use std::path::Path;
 
 use harmolux::Result;
-use harmolux::io::output::Output;
+use harmolux::io::output::{Output, Stage};
 use harmolux::io::tables::Table;
 use harmolux::plots::Figure;
 
 use crate::common::plot::{PlotFormat, unknown_output};
+use crate::common::say;
+
+/// Does each of several writes, whatever becomes of the others: all that fails is told, the last
+/// by whoever gets it from here.
+pub(crate) fn write_all(writes: impl IntoIterator<Item = Result<()>>) -> Result<()> {
+    writes.into_iter().fold(Ok(()), |before, done| match (before, done) {
+        (Err(earlier), Err(last)) => {
+            say::error(&earlier);
+            Err(last)
+        }
+        (before, done) => before.and(done),
+    })
+}
 
 /// A file to write.
 pub(crate) enum Target {
@@ -27,11 +41,17 @@ impl Target {
         Err(unknown_output(path, ".csv, .svg or .png"))
     }
 
+    /// Returns where it goes.
+    pub(crate) fn path_at(&self, stage: Stage) -> &Path {
+        let (Self::Table(output) | Self::Plot(_, output)) = self;
+        output.path_at(stage)
+    }
+
     /// Writes the table, or the plot.
-    pub(crate) fn write(self, table: &Table, figure: &Figure) -> Result<()> {
+    pub(crate) fn write(self, table: &Table, figure: &Figure, stage: Stage) -> Result<()> {
         match self {
-            Self::Table(output) => output.write(&table.to_csv()?),
-            Self::Plot(format, output) => format.write(figure, output),
+            Self::Table(mut output) => output.write_at(stage, &table.to_csv()?),
+            Self::Plot(format, output) => format.write(figure, output, stage),
         }
     }
 }

@@ -62,7 +62,7 @@ pub(crate) struct Convert {
     /// length such as 0.05mm [default: 1e-3]
     #[arg(long, value_name = "TOLERANCE", value_parser = tolerance)]
     pub(crate) tolerance: Option<Tolerance>,
-    /// Replace a file that another program wrote, or that cannot say who wrote it
+    /// Replace a file that is there already
     #[arg(long)]
     pub(crate) force: bool,
 }

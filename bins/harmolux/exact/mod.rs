@@ -40,7 +40,7 @@ pub(crate) struct Exact {
     /// Write the table (.csv)
     #[arg(short, long, global = true, value_name = "FILE.csv", display_order = 800)]
     pub(crate) output: Option<PathBuf>,
-    /// Replace an output file that another program wrote
+    /// Replace an output file that is there already
     #[arg(long, global = true, display_order = 801)]
     pub(crate) force: bool,
 }

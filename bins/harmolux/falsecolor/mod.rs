@@ -19,6 +19,7 @@ use self::grids::choose;
 use crate::common::exit::Code;
 use crate::common::flags::choices;
 use crate::common::plot::{PlotFormat, unknown_output};
+use crate::common::target::write_all;
 use crate::common::{paths, say};
 
 /// The share of the pixels that a scale reaches by itself: the brightest, lamps and their glints,
@@ -70,7 +71,7 @@ pub(crate) struct Falsecolor {
     /// The unit over the legend [default: what the file says]
     #[arg(short, long, value_name = "UNIT")]
     pub(crate) label: Option<String>,
-    /// Replace output files that another program wrote
+    /// Replace output files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -110,12 +111,10 @@ pub(crate) fn run(verb: &Falsecolor, as_json: bool) -> Result<Code> {
     };
     let targets = verb.output.iter().map(open).collect::<Result<Vec<_>>>()?;
     let shown = Shown::read(verb)?;
-    for (format, output) in targets {
-        match format {
-            PlotFormat::Png => output.write(&shown.to_png()?)?,
-            PlotFormat::Svg => output.write(shown.to_svg()?.as_bytes())?,
-        }
-    }
+    write_all(targets.into_iter().map(|(format, output)| match format {
+        PlotFormat::Png => output.write(&shown.to_png()?),
+        PlotFormat::Svg => output.write(shown.to_svg()?.as_bytes()),
+    }))?;
     let tally = shown.tally();
     if tally.not_finite > 0 {
         let count = tally.not_finite;

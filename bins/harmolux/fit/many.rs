@@ -8,14 +8,14 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use harmolux::error::shown;
-use harmolux::io::output::Output;
+use harmolux::io::output::{Output, Stage};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::study::batch;
 use harmolux::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common::exit::Code;
-use crate::common::shape_file::{self, ShapeFile};
+use crate::common::shape_file;
 use crate::common::{interrupt, say};
 use crate::fit::report::ringing;
 use crate::fit::{Fit, Fitted, fit_file, write};
@@ -44,13 +44,13 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
 
 fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
     let mut table = columns();
-    let csv = Output::open(&verb.output.join("fits.csv"), &table.csv_kind()?, verb.force)?;
+    let mut csv = Output::open(&verb.output.join("fits.csv"), &table.csv_kind()?, verb.force)?;
     let items = outputs(verb)?;
     interrupt::listen();
     let meter = Meter::start(items.len());
     let rows = batch(
         items,
-        |(mesh, output)| fit_one(verb, &mesh, output),
+        |(mesh, output)| fit_one(verb, &mesh, &output),
         |row, done| meter.show(row, done),
     );
     meter.finish();
@@ -63,18 +63,23 @@ fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
             say::warning(&format!("{}: {warning}", row.name));
         }
     }
-    csv.write(&table.to_csv()?)?;
+    let stage = if rows.len() < verb.meshes.len() { Stage::Unfinished } else { Stage::Complete };
+    let written = csv.write_at(stage, &table.to_csv()?);
     if as_json {
         say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
         print(&rows);
+    }
+    written?;
+    if !as_json {
         say::note(&format!("written to {}", verb.output.display()));
     }
     Ok(verdict(&rows, verb.meshes.len()))
 }
 
-/// Opens a coefficient file for each mesh.
-fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, ShapeFile)>> {
+/// Finds a coefficient file for each mesh that can be written; it is held only while its mesh is
+/// fitted, since there may be more than can be open at once.
+fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, PathBuf)>> {
     let mut taken: HashMap<PathBuf, &Path> = HashMap::new();
     let mut all = Vec::new();
     for mesh in &verb.meshes {
@@ -89,15 +94,21 @@ fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, ShapeFile)>> {
                 path.display()
             )));
         }
-        all.push((mesh.clone(), shape_file::open(&path, verb.force)?));
+        drop(shape_file::open(&path, verb.force)?);
+        all.push((mesh.clone(), path));
     }
     Ok(all)
 }
 
-fn fit_one(verb: &Fit, mesh: &Path, output: ShapeFile) -> Row {
+fn fit_one(verb: &Fit, mesh: &Path, output: &Path) -> Row {
     let started = Instant::now();
-    let fitted = fit_file(verb, mesh)
-        .and_then(|(fitted, source)| write(verb, &fitted, source, output).map(|()| fitted));
+    let fit = || {
+        let output = shape_file::open(output, verb.force)?;
+        let (fitted, source) = fit_file(verb, mesh)?;
+        write(verb, &fitted, source, output)?;
+        Ok(fitted)
+    };
+    let fitted = fit();
     Row { name: mesh.display().to_string(), fitted, seconds: started.elapsed().as_secs_f64() }
 }
 

@@ -86,7 +86,7 @@ pub(crate) struct Fit {
     pub(crate) filter: Option<Filter>,
     #[command(flatten)]
     pub(crate) habits: MeshHabits,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use harmolux::io::meshes::{MeshFormat, SurfaceSamples};
-use harmolux::io::output::Output;
+use harmolux::io::output::{Output, Stage};
 use harmolux::io::scene_file::{SceneFile, SensorSpec};
 use harmolux::plots::Palette;
 use harmolux::{Error, Result};
@@ -58,9 +58,14 @@ impl MapTarget {
         Ok(Self { group, output })
     }
 
+    /// Returns where it goes.
+    pub(crate) fn path_at(&self, stage: Stage) -> &Path {
+        self.output.path_at(stage)
+    }
+
     /// Writes the group: position, normal, illuminance, half width and false colour of each sensor,
     /// viridis from 0 to the largest illuminance.
-    pub(crate) fn write(self, groups: &[Group]) -> Result<()> {
+    pub(crate) fn write(self, groups: &[Group], stage: Stage) -> Result<()> {
         let Some(group) = groups.iter().find(|group| group.name == self.group) else {
             return Ok(());
         };
@@ -83,9 +88,9 @@ impl MapTarget {
             colours: colours.collect(),
             faces: group.faces,
         };
-        let path = self.output.path().display().to_string();
-        self.output.write(&samples.encode_ply()?)?;
-        say::note(&format!("{path}: {scale}"));
+        let mut output = self.output;
+        output.write_at(stage, &samples.encode_ply()?)?;
+        say::note(&format!("{}: {scale}", output.path_at(stage).display()));
         Ok(())
     }
 }

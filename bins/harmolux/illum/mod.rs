@@ -17,7 +17,6 @@ use harmolux::scene::{Measured, Sensor};
 use harmolux::study::{Judged, Loaded, SensorGroup, Verdict, judge, known_illuminance};
 use harmolux::{Error, Result};
 
-use self::map::MapTarget;
 use self::target::IllumTarget;
 use crate::common::about::about;
 use crate::common::exit::Code;
@@ -26,6 +25,7 @@ use crate::common::plot::{self, PlotFormat};
 use crate::common::progress::Meter;
 use crate::common::scenes::{load_scene, read_scene, stop};
 use crate::common::surveys::{self, code, reached, settings};
+use crate::common::target::write_all;
 use crate::common::{interrupt, say};
 
 /// Measure illuminance, lx, at the sensors of a scene
@@ -60,7 +60,7 @@ pub(crate) struct Illum {
     /// NaN for a sensor behind an object.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
-    /// Replace output files that another program wrote
+    /// Replace output files that are there already
     #[arg(long)]
     pub(crate) force: bool,
     /// Plot the lines of sensors in the terminal, above the table
@@ -82,10 +82,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     file.illum.estimator = verb.estimator.unwrap_or(file.illum.estimator);
     let mut table = columns();
     check_plots(verb, &file)?;
-    let (maps, others): (Vec<_>, Vec<_>) = verb.output.iter().partition(|path| map::is_map(path));
-    let maps = maps.into_iter().map(|path| MapTarget::open(path, &file, verb));
-    let maps: Vec<MapTarget> = maps.collect::<Result<_>>()?;
-    let targets = others.into_iter().map(|path| IllumTarget::open(path, &table, verb.force));
+    let targets = verb.output.iter().map(|path| IllumTarget::open(path, &table, &file, verb));
     let targets: Vec<IllumTarget> = targets.collect::<Result<_>>()?;
     let loaded = load_scene(&file)?;
     let known = loaded.sensors.iter().map(|group| known_illuminance(&file, group));
@@ -100,12 +97,10 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     fill(&mut table, &groups);
     let lines = groups.iter().filter(|group| is_line(&file.sensors[group.name]));
     let figure = report::figure(lines);
-    for target in targets {
-        target.write(&table, &figure)?;
-    }
-    for map in maps {
-        map.write(&groups)?;
-    }
+    let stage = surveys::stage(&survey);
+    let paths: Vec<PathBuf> = targets.iter().map(|t| t.path_at(stage).to_owned()).collect();
+    let write = |target: IllumTarget| target.write((&table, &figure, &groups), stage);
+    let written = write_all(targets.into_iter().map(write));
     if as_json {
         say::raw(&report::json(&table, &groups, &survey)?);
     } else {
@@ -115,7 +110,8 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
         groups.iter().for_each(report::group);
     }
     surveys::tell(&survey);
-    for path in &verb.output {
+    written?;
+    for path in &paths {
         say::note(&format!("written {}", path.display()));
     }
     Ok(outcome(&survey, settings.stop, &counts, &groups))

@@ -1,15 +1,18 @@
-//! Where `illum` writes: a table, a plot of the lines, or an array for NumPy.
+//! Where `illum` writes: a table, a plot of the lines, an array for NumPy, or a map of a surface.
 
 use std::path::Path;
 
 use harmolux::Result;
 use harmolux::io::npy;
-use harmolux::io::output::{Kind, Output};
+use harmolux::io::output::{Kind, Output, Stage};
+use harmolux::io::scene_file::SceneFile;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::plots::Figure;
 
 use crate::common::plot::{PlotFormat, unknown_output};
 use crate::common::target::Target;
+use crate::illum::map::{self, MapTarget};
+use crate::illum::{Group, Illum};
 
 /// The columns of the array, which the table has too; the first six say where a sensor is, the
 /// others what it measured.
@@ -30,12 +33,17 @@ const PLACES: usize = 6;
 /// A file to write.
 pub(crate) enum IllumTarget {
     Array(Output),
+    Map(MapTarget),
     Other(Target),
 }
 
 impl IllumTarget {
-    /// Opens a file for a table (.csv), an array (.npy) or a plot (.svg, .png).
-    pub(crate) fn open(path: &Path, table: &Table, force: bool) -> Result<Self> {
+    /// Opens a file for a table (.csv), an array (.npy), a map (.ply) or a plot (.svg, .png).
+    pub(crate) fn open(path: &Path, table: &Table, file: &SceneFile, verb: &Illum) -> Result<Self> {
+        let force = verb.force;
+        if map::is_map(path) {
+            return MapTarget::open(path, file, verb).map(Self::Map);
+        }
         let has = |wanted| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted));
         if has("npy") {
             return Output::open(path, &Kind::NPY, force).map(Self::Array);
@@ -46,11 +54,25 @@ impl IllumTarget {
         Err(unknown_output(path, ".csv, .npy, .ply, .svg or .png"))
     }
 
-    /// Writes the table, its numbers, or the plot.
-    pub(crate) fn write(self, table: &Table, figure: &Figure) -> Result<()> {
+    /// Returns where it goes.
+    pub(crate) fn path_at(&self, stage: Stage) -> &Path {
         match self {
-            Self::Array(output) => output.write(&npy::rows(&rows(table))),
-            Self::Other(target) => target.write(table, figure),
+            Self::Array(output) => output.path_at(stage),
+            Self::Map(target) => target.path_at(stage),
+            Self::Other(target) => target.path_at(stage),
+        }
+    }
+
+    /// Writes the table, its numbers, the map or the plot.
+    pub(crate) fn write(
+        self,
+        (table, figure, groups): (&Table, &Figure, &[Group]),
+        stage: Stage,
+    ) -> Result<()> {
+        match self {
+            Self::Array(mut output) => output.write_at(stage, &npy::rows(&rows(table))),
+            Self::Map(target) => target.write(groups, stage),
+            Self::Other(target) => target.write(table, figure, stage),
         }
     }
 }

@@ -1,11 +1,12 @@
 //! What `render` keeps of a run under way: the checkpoint and the picture so far.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use harmolux::estimators::{Ending, ImageSettings, REPLICATES, Rendering};
+use harmolux::estimators::{ImageSettings, REPLICATES, Rendering};
 use harmolux::io::checkpoint::{self, Fingerprint};
-use harmolux::io::output::{Claim, Kind, Output};
+use harmolux::io::output::{Claim, Kind, Output, Stage};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::scene::{Camera, Film};
 use harmolux::study::Loaded;
@@ -14,14 +15,15 @@ use harmolux::{Error, Result};
 use crate::common::advice;
 use crate::common::say;
 use crate::render::Render;
-use crate::render::target::{Image, estimator_name};
+use crate::render::target::{Image, Write, estimator_name};
 
 /// The time between checkpoints unless the scene says another.
 const EVERY: Duration = Duration::from_secs(60);
 
 /// Where the state of a run is to go, before the run.
 pub(crate) struct Place {
-    output: Output,
+    path: PathBuf,
+    force: bool,
     /// Whether the user named the file: then it stays when the run is complete.
     named: bool,
     resume: Option<PathBuf>,
@@ -35,10 +37,9 @@ impl Place {
         let default = picture.with_extension("checkpoint");
         let resume = verb.resume.as_ref().map(|f| f.clone().unwrap_or_else(|| default.clone()));
         let given = verb.checkpoint.as_ref().or(verb.resume.as_ref().and_then(Option::as_ref));
-        let path: &Path = given.unwrap_or(&default);
-        let output = Output::open(path, &Kind::CHECKPOINT, verb.force)?;
-        output.check_unclaimed()?;
-        if resume.is_none() && !verb.force && path.exists() && !is_empty(path) {
+        let path = given.unwrap_or(&default).clone();
+        drop(Claim::open(&path, &Kind::CHECKPOINT, verb.force)?);
+        if resume.is_none() && !verb.force && !holds_nothing(&path) {
             return Err(Error::Parameter(format!(
                 "{} is of a run that was interrupted or can be added to: go on with it by \
                  `--resume={}`, or begin anew with `--force`",
@@ -46,21 +47,23 @@ impl Place {
                 path.display()
             )));
         }
-        Ok(Self { output, named: given.is_some(), resume })
+        Ok(Self { path, force: verb.force, named: given.is_some(), resume })
     }
 
     /// Takes the place, and gives the film to go on with: that of the checkpoint to resume, else an
-    /// empty one.
+    /// empty one. The pictures that stand there must be those of this run.
     pub(crate) fn take(
         self,
         file: &SceneFile,
         camera: &Camera,
         settings: &ImageSettings,
         loaded: &Loaded,
+        outputs: &mut [(Image, Output)],
     ) -> Result<(Film, Kept)> {
         let window = camera.window();
         let fingerprint = fingerprint(file, camera, settings)?.with_files(&loaded.files);
-        let film = match self.resume.filter(|path| !said_empty(path)) {
+        let may_go_on = self.resume.is_some();
+        let film = match self.resume.filter(|path| !said_nothing(path)) {
             None => Film::new(window.size(), REPLICATES)?,
             Some(path) => {
                 let film = checkpoint::read(&path, &fingerprint)?;
@@ -72,7 +75,12 @@ impl Place {
                 film
             }
         };
-        Ok((film, Kept { claim: self.output.claim()?, fingerprint, named: self.named }))
+        if may_go_on {
+            let run = fingerprint.run();
+            outputs.iter_mut().try_for_each(|(_, output)| output.check_run(&run))?;
+        }
+        let claim = Claim::open(&self.path, &Kind::CHECKPOINT, self.force)?;
+        Ok((film, Kept { claim, fingerprint, named: self.named, told: [false; 2] }))
     }
 }
 
@@ -90,17 +98,20 @@ fn fingerprint(file: &SceneFile, camera: &Camera, settings: &ImageSettings) -> R
         .with("the filter", settings.filter.name().to_owned()))
 }
 
-/// Whether a run was killed before it saved anything.
-fn is_empty(path: &Path) -> bool {
-    std::fs::metadata(path).is_ok_and(|data| data.len() == 0)
+/// Whether a run saved nothing, was complete, or never was.
+fn holds_nothing(path: &Path) -> bool {
+    match std::fs::metadata(path) {
+        Ok(data) => data.len() == 0,
+        Err(e) => e.kind() == ErrorKind::NotFound,
+    }
 }
 
-fn said_empty(path: &Path) -> bool {
-    if is_empty(path) {
-        say::note(&format!("{} holds nothing yet: beginning anew", path.display()));
-        return true;
+fn said_nothing(path: &Path) -> bool {
+    let nothing = holds_nothing(path);
+    if nothing {
+        say::note(&format!("nothing to go on with in {}: beginning anew", path.display()));
     }
-    false
+    nothing
 }
 
 /// Where the state of a run goes, and whose it is.
@@ -108,9 +119,16 @@ pub(crate) struct Kept {
     claim: Claim,
     fingerprint: Fingerprint,
     named: bool,
+    /// Whether it was said where the picture so far is, and that it cannot be written.
+    told: [bool; 2],
 }
 
 impl Kept {
+    /// Returns the text that tells of which run a picture is.
+    pub(crate) fn run(&self) -> String {
+        self.fingerprint.run()
+    }
+
     /// Returns the time between checkpoints.
     pub(crate) fn every(file: &SceneFile) -> Duration {
         file.render.checkpoint.unwrap_or(EVERY)
@@ -120,12 +138,24 @@ impl Kept {
     pub(crate) fn save(
         &mut self,
         rendering: &Rendering,
-        outputs: &[(Image, Output)],
-        write: &dyn Fn(Image, &Output, &Rendering) -> Result<()>,
+        outputs: &mut [(Image, Output)],
+        write: Write,
     ) {
-        if self.write(&rendering.film) {
-            for (image, output) in outputs {
-                if let Err(error) = write(*image, output, rendering) {
+        if !self.write(&rendering.film) {
+            return;
+        }
+        let told = self.told;
+        for (image, output) in outputs {
+            let written = write(*image, output, Stage::Preview, rendering);
+            let which = usize::from(written.is_err());
+            self.told[which] = true;
+            match written {
+                _ if told[which] => {}
+                Ok(()) => {
+                    let path = output.path_at(Stage::Preview).display();
+                    say::note(&format!("the picture so far is {path}"));
+                }
+                Err(error) => {
                     let error = advice::told(&error);
                     say::warning(&format!("the picture so far was not written: {error}"));
                 }
@@ -133,24 +163,22 @@ impl Kept {
         }
     }
 
-    /// Saves the state of a run that is over, if it was interrupted or the file was named.
-    pub(crate) fn keep(&mut self, rendering: &Rendering) {
+    /// Saves the state of a run that is over, if it is to go on or the file was named.
+    pub(crate) fn keep(&mut self, rendering: &Rendering, to_go_on: bool) {
         if rendering.unfinished.is_some() {
             // No complete pass, nothing to go on from.
             return;
         }
-        let interrupted = rendering.ending == Ending::Interrupted;
-        let written = (interrupted || self.named) && self.write(&rendering.film);
-        if written && interrupted {
+        let written = (to_go_on || self.named) && self.write(&rendering.film);
+        if written && to_go_on {
             let path = self.claim.path().display();
             say::note(&format!("go on with the same command and `--resume={path}`"));
         }
     }
 
-    /// Ends the run once the picture is written, and removes the state that nobody asked to keep.
-    pub(crate) fn end(self, rendering: &Rendering) {
-        let to_go_on = self.named || rendering.ending == Ending::Interrupted;
-        if to_go_on && rendering.unfinished.is_none() {
+    /// Ends the run, and removes the state that is neither to go on nor asked for.
+    pub(crate) fn end(self, rendering: &Rendering, to_go_on: bool) {
+        if (self.named || to_go_on) && rendering.unfinished.is_none() {
             return;
         }
         if let Err(error) = self.claim.remove() {
@@ -158,12 +186,13 @@ impl Kept {
         }
     }
 
+    /// Writes the state; says what fails, and tells whether it is saved, be it elsewhere.
     fn write(&mut self, film: &Film) -> bool {
+        let before = self.claim.path().to_owned();
         let written = checkpoint::write(&mut self.claim, &self.fingerprint, film);
         if let Err(error) = &written {
-            let error = advice::told(error);
-            say::warning(&format!("no checkpoint was written, the run goes on: {error}"));
+            say::warning(&advice::told(error));
         }
-        written.is_ok()
+        written.is_ok() || self.claim.path() != before
     }
 }

@@ -14,7 +14,7 @@ use harmolux::estimators::{
     resume,
 };
 use harmolux::fit::{mesh_bytes, series_bytes};
-use harmolux::io::output::Output;
+use harmolux::io::output::{Output, Stage};
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile};
 use harmolux::math::Randomness;
 use harmolux::scene::{Camera, Film, Layer, Scene, Window};
@@ -24,13 +24,14 @@ use serde_json::json;
 
 use self::foresight::Foresight;
 use self::keep::{Kept, Place};
-use self::target::{Image, open_outputs};
+use self::target::{Image, View, Write, open_outputs};
 use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::SceneArguments;
 use crate::common::progress::{self, Meter};
 use crate::common::scenes::{distinct, read_scene, stop, tell};
 use crate::common::surveys::code;
+use crate::common::target::write_all;
 use crate::common::values::size;
 use crate::common::{interrupt, paths, say};
 
@@ -54,7 +55,7 @@ Cameras, filters, layers and files: docs/pictures.md")]
 pub(crate) struct Render {
     #[command(flatten)]
     pub(crate) common: SceneArguments,
-    /// Replace output files that another program wrote
+    /// Replace output files that are there already
     #[arg(long)]
     pub(crate) force: bool,
     /// Where to write: FILE.png or FILE.exr; may be repeated [default: the scene's name, both
@@ -116,19 +117,21 @@ const ERROR: &str = "relative error of 95 % of the pixels";
 pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let file = with_options(read_scene(&verb.common)?, verb)?;
     let camera = framed(camera(&file)?, &file, verb)?;
-    let outputs = open_outputs(verb)?;
+    let mut outputs = open_outputs(verb)?;
     let place = Place::open(verb, &outputs)?;
     let loaded = tell(load_for_camera(&file, Some(&camera))?);
     check_view(&file, &loaded.scene, &camera)?;
     detail::tell(&loaded.details);
     let settings = settings(&file.render, &loaded.scene, &verb.common);
     interrupt::listen();
-    let (film, mut kept) = place.take(&file, &camera, &settings, &loaded)?;
+    let (film, mut kept) = place.take(&file, &camera, &settings, &loaded, &mut outputs)?;
     let meter = Meter::start("rendering", ERROR);
-    let write = |image: Image, output: &Output, rendering: &Rendering| {
-        image.write(output, rendering, &loaded.scene, &camera, &file, &settings)
+    let view = View { scene: &loaded.scene, camera: &camera, file: &file, settings: &settings };
+    let mark = kept.run();
+    let write = |image: Image, output: &mut Output, stage, rendering: &Rendering| {
+        image.write(output, stage, rendering, view, &mark)
     };
-    let mut save = |so_far: &Rendering| kept.save(so_far, &outputs, &write);
+    let mut save = |so_far: &Rendering| kept.save(so_far, &mut outputs, &write);
     let keeper = Checkpointer { every: Kept::every(&file), save: &mut save };
     let foresight = Foresight::new(&settings);
     let watch = |p: &Progress| {
@@ -139,16 +142,10 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
         .map_err(|e| about(&verb.common.scene, e))?;
     meter.finish();
     if rendering.unfinished == Some(0.0) {
-        kept.end(&rendering);
+        kept.end(&rendering, false);
         return Ok(nothing_done(&rendering));
     }
-    kept.keep(&rendering);
-    let mut written = Vec::new();
-    for (image, output) in outputs {
-        write(image, &output, &rendering)?;
-        written.push(output.path().to_owned());
-    }
-    kept.end(&rendering);
+    let written = finish(kept, &mut outputs, &rendering, &write)?;
     warn(&rendering);
     if as_json {
         say::json(&report_json(&loaded, &rendering, settings.stop.relative_error, &written));
@@ -160,6 +157,32 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
         Code::Done if rendering.unfinished.is_some() => Code::NotMet,
         code => code,
     })
+}
+
+/// Writes the pictures, and keeps the state of a run that is to go on: one that was interrupted, or
+/// of which a picture found no place. Returns where they are.
+fn finish(
+    mut kept: Kept,
+    outputs: &mut [(Image, Output)],
+    rendering: &Rendering,
+    write: Write,
+) -> Result<Vec<PathBuf>> {
+    let interrupted = rendering.ending == Ending::Interrupted;
+    let stage = stage(rendering);
+    kept.keep(rendering, interrupted);
+    let writes = outputs.iter_mut().map(|(image, to)| write(*image, to, stage, rendering));
+    let written = write_all(writes);
+    if written.is_err() && !interrupted {
+        kept.keep(rendering, true);
+    }
+    kept.end(rendering, interrupted || written.is_err());
+    written.map(|()| outputs.iter().map(|(_, to)| to.path_at(stage).to_owned()).collect())
+}
+
+/// Says how far a picture is.
+fn stage(rendering: &Rendering) -> Stage {
+    let is_whole = rendering.ending != Ending::Interrupted && rendering.unfinished.is_none();
+    if is_whole { Stage::Complete } else { Stage::Unfinished }
 }
 
 /// Says that no row of the picture was done in time.

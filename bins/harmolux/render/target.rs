@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use harmolux::Result;
 use harmolux::estimators::{Estimator, ImageSettings, Rendering, Weighting};
-use harmolux::io::images::{Attribute, Computed, Exr, computed_colour, png};
-use harmolux::io::output::{Kind, Output};
+use harmolux::io::images::{Attribute, Computed, Exr, Png, computed_colour, png};
+use harmolux::io::output::{Kind, Output, Stage};
 use harmolux::io::scene_file::{RenderSpec, SceneFile};
 use harmolux::scene::{Camera, Film, FirstHits, Layer, Scene};
 use serde_json::{Map, Value};
@@ -21,37 +21,52 @@ pub(crate) enum Image {
     Exr,
 }
 
+/// Writes a rendering, as far as it is, in a form.
+pub(crate) type Write<'a> = &'a dyn Fn(Image, &mut Output, Stage, &Rendering) -> Result<()>;
+
+/// What a picture is of, and how it is made.
+#[derive(Clone, Copy)]
+pub(crate) struct View<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) camera: &'a Camera,
+    pub(crate) file: &'a SceneFile,
+    pub(crate) settings: &'a ImageSettings,
+}
+
 impl Image {
-    /// Writes a rendering in this form.
+    /// Writes a rendering in this form; `run` tells of which run it is.
     pub(crate) fn write(
         self,
-        output: &Output,
+        output: &mut Output,
+        stage: Stage,
         rendering: &Rendering,
-        scene: &Scene,
-        camera: &Camera,
-        file: &SceneFile,
-        settings: &ImageSettings,
+        of: View,
+        run: &str,
     ) -> Result<()> {
         match self {
             Self::Png => {
-                let bytes = encode_png(rendering, &file.render)?;
-                output.write_with(&mut |to| to.write_all(&bytes))
+                let made = encode_png(rendering, &of.file.render, run)?;
+                if stage != Stage::Preview {
+                    tell_exposure(rendering, &made, of.file.render.exposure);
+                }
+                output.write_at(stage, &made.bytes)
             }
             Self::Exr => {
                 let [width, height] = rendering.film.size();
-                let layers = file.render.layers.as_deref().unwrap_or(&Layer::ALL);
+                let layers = of.file.render.layers.as_deref().unwrap_or(&Layer::ALL);
+                let View { scene, camera, settings, .. } = of;
                 let hits = FirstHits { scene, camera, filter: settings.filter };
                 let exr = with_shapes(Exr::new(width, height), layers, &hits)?;
-                let exr = described(exr, rendering, camera, file, settings)?;
+                let exr = described(exr, rendering, of)?.with_attribute("run", run);
                 let light = light(&rendering.film, layers);
-                output.write_with(&mut |to| exr.write(&light, to))
+                output.write_with(stage, &mut |to| exr.write(&light, to))
             }
         }
     }
 }
 
 /// Opens the outputs before anything takes long: those named, or both kinds under the scene's name
-/// in this folder.
+/// in this folder. A run that goes on may find its own there.
 pub(crate) fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
     let stem = verb.common.scene.file_stem().unwrap_or_default();
     let both = || ["png", "exr"].map(|e| Path::new(stem).with_extension(e)).to_vec();
@@ -63,22 +78,24 @@ pub(crate) fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
             (_, true) => (Image::Exr, Kind::EXR),
             _ => return Err(unknown_output(&path, ".png or .exr")),
         };
-        Ok((image, Output::open(&path, &kind, verb.force)?))
+        let open = if verb.resume.is_some() { Output::open_again } else { Output::open };
+        Ok((image, open(&path, &kind, verb.force)?))
     };
     paths.into_iter().map(open).collect()
 }
 
-fn encode_png(rendering: &Rendering, spec: &RenderSpec) -> Result<Vec<u8>> {
+fn encode_png(rendering: &Rendering, spec: &RenderSpec, run: &str) -> Result<Png> {
     let [width, height] = rendering.film.size();
-    let pixels = rendering.film.image();
-    let image = png(width, height, &pixels, spec.exposure)?;
-    let is_dark = !pixels.iter().any(|pixel| pixel.luminance() > 0.0);
-    say::note(&if is_dark && spec.exposure.is_none() {
+    png(width, height, &rendering.film.image(), spec.exposure, Some(run))
+}
+
+fn tell_exposure(rendering: &Rendering, made: &Png, asked: Option<f64>) {
+    let is_dark = !rendering.film.image().iter().any(|pixel| pixel.luminance() > 0.0);
+    say::note(&if is_dark && asked.is_none() {
         "no exposure: the PNG is black, since no pixel has light".to_owned()
     } else {
-        format!("exposure {} (PNG value per cd/m2)", say::significant(image.exposure, 4))
+        format!("exposure {} (PNG value per cd/m2)", say::significant(made.exposure, 4))
     });
-    Ok(image.bytes)
 }
 
 /// Returns the channels of the light, which are computed from the film as they are written: a film
@@ -121,13 +138,8 @@ fn with_shapes(exr: Exr, layers: &[Layer], hits: &FirstHits) -> Result<Exr> {
 }
 
 /// Says what the picture is of and how it was made: nothing that equal runs would not say alike.
-fn described(
-    exr: Exr,
-    rendering: &Rendering,
-    camera: &Camera,
-    file: &SceneFile,
-    settings: &ImageSettings,
-) -> Result<Exr> {
+fn described(exr: Exr, rendering: &Rendering, of: View) -> Result<Exr> {
+    let View { camera, file, settings, .. } = of;
     let film = &rendering.film;
     let scene = file.source.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let rows = camera.world_to_camera().map(|row| row.map(|v| v as f32));

@@ -53,6 +53,18 @@ impl Kind {
     pub const CHECKPOINT: Self = Self::signed("a checkpoint", &["checkpoint"], &MAGIC);
 }
 
+impl Fingerprint {
+    /// Returns the text by which files of this run are told from those of others.
+    pub fn run(&self) -> String {
+        let mut check = crc32fast::Hasher::new();
+        for text in self.fields.iter().flat_map(|(name, value)| [name, value]) {
+            check.update(&(text.len() as u64).to_le_bytes());
+            check.update(text.as_bytes());
+        }
+        format!("CRC-32 {:08x}", check.finalize())
+    }
+}
+
 /// Writes a film and its fingerprint, whole or not at all.
 ///
 /// # Errors
@@ -313,8 +325,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("room.checkpoint");
         for _ in 0..2 {
-            let output = Output::open(&path, &Kind::CHECKPOINT, false).expect("free, then ours");
-            let mut claim = output.claim().expect("ours alone");
+            let claim = Claim::open(&path, &Kind::CHECKPOINT, false);
+            let mut claim = claim.expect("free, then ours");
             write(&mut claim, &run(1), &film()).expect("written");
         }
         (folder, path)
@@ -330,6 +342,14 @@ mod tests {
     fn film_comes_back_to_the_bit() {
         let (_folder, path) = written();
         assert_eq!(read(&path, &run(1)).expect("the same run"), film());
+    }
+
+    #[test]
+    fn runs_have_texts_of_their_own() {
+        assert_eq!(run(1).run(), run(1).run());
+        assert!(run(1).run() != run(2).run());
+        let joined = Fingerprint::default().with("ab", "c").run();
+        assert!(joined != Fingerprint::default().with("a", "bc").run());
     }
 
     #[test]

@@ -37,19 +37,26 @@ pub fn auto_exposure(pixels: &[Rgb]) -> f64 {
 }
 
 /// Encodes linear Rec. 709 `pixels` (`width` x `height`, row by row from the top left) as PNG,
-/// exposed by `exposure` or, without it, by [`auto_exposure`].
+/// exposed by `exposure` or, without it, by [`auto_exposure`]; `run` is the text that tells of which
+/// run it is, if any.
 ///
 /// # Errors
 /// [`Error::Parameter`] when the size does not fit the pixels or the exposure is not a positive
 /// finite number.
-pub fn png(width: usize, height: usize, pixels: &[Rgb], exposure: Option<f64>) -> Result<Png> {
+pub fn png(
+    width: usize,
+    height: usize,
+    pixels: &[Rgb],
+    exposure: Option<f64>,
+    run: Option<&str>,
+) -> Result<Png> {
     let exposure = exposure.unwrap_or_else(|| auto_exposure(pixels));
     if !(exposure > 0.0 && exposure.is_finite()) {
         return Err(Error::Parameter(format!("the exposure {exposure} is not a positive number")));
     }
     let not_finite = pixels.iter().filter(|p| !p.is_finite()).count();
     let samples: Vec<u8> = pixels.iter().flat_map(|p| display(*p, exposure)).collect();
-    Ok(Png { bytes: encode_png(width, height, &samples)?, exposure, not_finite })
+    Ok(Png { bytes: encode(width, height, &samples, run)?, exposure, not_finite })
 }
 
 fn display(pixel: Rgb, exposure: f64) -> [u8; 3] {
@@ -70,6 +77,10 @@ fn quantise(linear: f64) -> u8 {
 /// [`Error::Parameter`] when the size does not fit the samples; [`Error::Numeric`] with the
 /// encoder's complaint.
 pub fn encode_png(width: usize, height: usize, samples: &[u8]) -> Result<Vec<u8>> {
+    encode(width, height, samples, None)
+}
+
+fn encode(width: usize, height: usize, samples: &[u8], run: Option<&str>) -> Result<Vec<u8>> {
     check_size(width, height, samples.len() / 3)?;
     let (Ok(columns), Ok(rows), 0) =
         (u32::try_from(width), u32::try_from(height), samples.len() % 3)
@@ -77,16 +88,16 @@ pub fn encode_png(width: usize, height: usize, samples: &[u8]) -> Result<Vec<u8>
         return Err(Error::Parameter(format!("an image of {width} x {height} is no PNG")));
     };
     let mut bytes = Vec::new();
-    write(&mut bytes, columns, rows, samples)
+    write(&mut bytes, [columns, rows], samples, run)
         .map_err(|e| Error::Numeric(format!("the PNG encoder failed: {e}")))?;
     Ok(bytes)
 }
 
 fn write(
     bytes: &mut Vec<u8>,
-    columns: u32,
-    rows: u32,
+    [columns, rows]: [u32; 2],
     samples: &[u8],
+    run: Option<&str>,
 ) -> Result<(), png::EncodingError> {
     let mut encoder = png::Encoder::new(bytes, columns, rows);
     encoder.set_color(png::ColorType::Rgb);
@@ -95,6 +106,9 @@ fn write(
     encoder.set_filter(png::Filter::Adaptive);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     encoder.add_text_chunk("Software".to_owned(), SOFTWARE.to_owned())?;
+    if let Some(run) = run {
+        encoder.add_text_chunk("Run".to_owned(), run.to_owned())?;
+    }
     let mut writer = encoder.write_header()?;
     writer.write_image_data(samples)?;
     writer.finish()
@@ -113,19 +127,19 @@ mod tests {
 
     #[test]
     fn empty_and_misshapen_images_are_refused() {
-        assert!(png(0, 0, &[], None).is_err());
-        assert!(png(2, 2, &[Rgb::WHITE; 3], None).is_err());
-        assert!(png(usize::MAX, 2, &[Rgb::WHITE; 2], None).is_err());
+        assert!(png(0, 0, &[], None, None).is_err());
+        assert!(png(2, 2, &[Rgb::WHITE; 3], None, None).is_err());
+        assert!(png(usize::MAX, 2, &[Rgb::WHITE; 2], None, None).is_err());
         assert!(encode_png(1, 1, &[0; 4]).is_err());
         for exposure in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let message = png(1, 1, &[Rgb::WHITE], Some(exposure)).expect_err("refused");
+            let message = png(1, 1, &[Rgb::WHITE], Some(exposure), None).expect_err("refused");
             assert!(message.to_string().contains("is not a positive number"));
         }
     }
 
     #[test]
     fn black_image_is_black_at_exposure_one() {
-        let made = png(2, 1, &[Rgb::BLACK; 2], None).expect("made");
+        let made = png(2, 1, &[Rgb::BLACK; 2], None, None).expect("made");
         assert_eq!((made.exposure, made.not_finite), (1.0, 0));
         assert!(decoded(&made.bytes).pixels().all(|p| p.0 == [0; 3]));
     }
@@ -138,7 +152,7 @@ mod tests {
             Rgb::grey(2.0),
             Rgb([-1.0, 0.5, 9.0]),
         ];
-        let made = png(4, 1, &pixels, Some(0.5)).expect("made");
+        let made = png(4, 1, &pixels, Some(0.5), None).expect("made");
         assert_eq!((made.not_finite, made.exposure), (2, 0.5));
         let shown: Vec<_> = decoded(&made.bytes).pixels().map(|p| p.0).collect();
         assert_eq!(shown, [NOT_FINITE, NOT_FINITE, [255; 3], [0, 137, 255]]);
@@ -164,14 +178,14 @@ mod tests {
         // each rounded to 1e-13.
         assert!((auto_exposure(&vec![Rgb::grey(1e300); 1000]) / 1.8e-301 - 1.0).abs() <= 1e-9);
         // Fainter than one over the largest number: as bright as numbers can make it.
-        let made = png(1, 1, &[Rgb::grey(1e-320)], None).expect("made");
+        let made = png(1, 1, &[Rgb::grey(1e-320)], None, None).expect("made");
         assert_eq!(made.exposure, f64::MAX);
     }
 
     #[test]
     fn rows_run_from_the_top_left() {
         let pixels: Vec<Rgb> = (0..6).map(|i| Rgb::grey(f64::from(i) / 5.0)).collect();
-        let image = decoded(&png(3, 2, &pixels, Some(1.0)).expect("made").bytes);
+        let image = decoded(&png(3, 2, &pixels, Some(1.0), None).expect("made").bytes);
         assert_eq!(image.dimensions(), (3, 2));
         assert_eq!([image[(0, 0)][0], image[(1, 0)][0], image[(2, 1)][0]], [0, quantise(0.2), 255]);
     }
@@ -205,11 +219,13 @@ mod tests {
     fn file_names_this_program_and_is_known_again() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("view.png");
-        let made = png(2, 2, &[Rgb::WHITE; 4], None).expect("made");
-        for _ in 0..2 {
-            let output = Output::open(&path, &Kind::PNG, false).expect("free, then ours");
-            output.write(&made.bytes).expect("written");
-        }
+        let made = png(2, 2, &[Rgb::WHITE; 4], None, Some("run 17")).expect("made");
+        let open = || Output::open_again(&path, &Kind::PNG, false);
+        open().expect("free").write(&made.bytes).expect("written");
+        let mut output = open().expect("ours");
+        output.check_run("run 18").expect_err("of run 17");
+        output.check_run("run 17").expect("its own");
+        drop(output);
         let foreign = {
             let mut bytes = Vec::new();
             PngEncoder::new(&mut bytes)
@@ -218,6 +234,6 @@ mod tests {
             bytes
         };
         std::fs::write(&path, foreign).expect("written");
-        assert!(Output::open(&path, &Kind::PNG, false).is_err());
+        assert!(open().is_err());
     }
 }

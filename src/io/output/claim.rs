@@ -1,125 +1,97 @@
-//! Files that belong to one run from its beginning on.
+//! Files that one run writes again and again.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind};
 use std::path::Path;
 
-use super::lock::{Lock, stands};
-use super::{Output, ReadWriteSeek};
+use super::destination::{Destination, Replaces};
+use super::held::{Attempt, Held};
+use super::{Fill, Kind};
 use crate::{Error, Result};
 
-/// How often a file may be replaced in the moment between opening and locking it; once is rare.
-const ATTEMPTS: usize = 8;
-
-/// Keeps an output to this run, which may write it as often as it wants: no other process gets a
-/// claim until this one is dropped or the run ends, however it ends. Until the first write what
-/// stood there before stands there, or an empty file, which vanishes with the claim; a killed run
-/// leaves it.
+/// Keeps a file to this run, which may write it as often as it wants: no other process gets a claim
+/// until this one is dropped or the run ends, however it ends. Until the first write what stood
+/// there before stands there, or an empty file, which vanishes with the claim; a killed run leaves
+/// it.
 ///
-/// Where a file system knows no locks, nothing is kept from anybody.
+/// When the file cannot be written in its place, the claim moves to where the bytes could be kept,
+/// and goes on there: what fails is told once, and one copy is kept.
 #[derive(Debug)]
 pub struct Claim {
-    output: Output,
-    /// What stands there now, locked.
-    file: File,
-}
-
-impl Output {
-    /// Takes the file for this run alone.
-    ///
-    /// # Errors
-    /// [`Error::Parameter`] when another run has it; [`Error::Io`] when the system refuses to make
-    /// or open it.
-    pub fn claim(self) -> Result<Claim> {
-        match self.locked(true)? {
-            Some(file) => Ok(Claim { output: self, file }),
-            None => Err(self.taken()),
-        }
-    }
-
-    /// Rejects a file that another run has claimed.
-    ///
-    /// # Errors
-    /// As [`Output::claim`].
-    pub fn check_unclaimed(&self) -> Result<()> {
-        self.locked(false).map(drop)
-    }
-
-    /// Locks what stands there, or an empty file if one is to be made.
-    fn locked(&self, make: bool) -> Result<Option<File>> {
-        let mut options = OpenOptions::new();
-        options.read(true).write(true).create(make).truncate(false);
-        for _ in 0..ATTEMPTS {
-            let file = match options.open(&self.target) {
-                Err(e) if e.kind() == ErrorKind::NotFound && !make => return Ok(None),
-                opened => opened.map_err(|e| Error::io(&self.path, "write", e))?,
-            };
-            match Lock::take(&file, &self.target) {
-                Lock::Ours | Lock::Unknown => return Ok(Some(file)),
-                Lock::Another => break,
-                Lock::Gone => {}
-            }
-        }
-        Err(self.taken())
-    }
-
-    fn taken(&self) -> Error {
-        Error::Parameter(format!(
-            "{}: another run is under way that writes this file: wait until it ends, or choose \
-             another name",
-            self.path.display()
-        ))
-    }
+    to: Destination,
+    /// What stands there, and after it where the claim has moved.
+    held: Vec<Held>,
 }
 
 impl Claim {
-    /// Returns the path as it was given.
-    pub fn path(&self) -> &Path {
-        self.output.path()
-    }
-
-    /// Writes the file as [`Output::write_with`] does, and keeps it.
+    /// Takes a file for this run alone: the extension fits, the folder takes files, and what stands
+    /// there is nothing, empty, or of this kind and written by this program; `force` lets any
+    /// regular file be replaced.
     ///
     /// # Errors
-    /// As [`Output::write`].
-    pub fn write_with(
-        &mut self,
-        fill: &mut dyn FnMut(&mut dyn ReadWriteSeek) -> io::Result<()>,
-    ) -> Result<()> {
-        self.file = self.output.put(fill)?;
-        Ok(())
+    /// [`Error::Parameter`] when another run has it, or with what to do instead; [`Error::Io`] when
+    /// the system refuses to make or open it.
+    pub fn open(path: &Path, kind: &Kind, force: bool) -> Result<Self> {
+        let replaces = if force { Replaces::Anything } else { Replaces::Own };
+        let to = Destination::new(path, kind, replaces)?;
+        match Held::take(to.target.clone(), None).map_err(|e| to.refused(&e))? {
+            Attempt::Held(held) => Ok(Self { to, held: vec![held] }),
+            Attempt::Another | Attempt::Foreign => Err(to.taken()),
+        }
     }
 
-    /// Removes the file, if it still stands there.
+    /// Returns the path as it was given, or where the file is since it was moved.
+    pub fn path(&self) -> &Path {
+        &self.to.path
+    }
+
+    /// Writes the file whole or not at all, and keeps it.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the system refuses, or when another file has come to stand there: the
+    /// message says where the bytes were kept, and so does [`Claim::path`] from then on.
+    pub fn write_with(&mut self, fill: Fill) -> Result<()> {
+        let (kept, error) = match self.to.fill(fill) {
+            Err(e) => self.to.keep_elsewhere(fill, &e),
+            Ok(written) => match self.put(written) {
+                Ok(()) => return Ok(()),
+                Err((written, e)) => self.to.keep(written, fill, &e),
+            },
+        };
+        if let Some(kept) = kept {
+            self.to.path.clone_from(&kept.path);
+            self.to.target.clone_from(&kept.path);
+            self.held.push(kept);
+        }
+        Err(error)
+    }
+
+    fn put(&mut self, written: Held) -> std::result::Result<(), (Held, std::io::Error)> {
+        match self.held.last_mut() {
+            Some(held) => held.replace(written),
+            None => written.put(&self.to.target),
+        }
+    }
+
+    /// Removes the file, if it still stands there, and all that was kept of it.
     ///
     /// # Errors
     /// [`Error::Io`] when the system refuses.
     pub fn remove(self) -> Result<()> {
-        match fs::remove_file(&self.output.target) {
-            Err(e) if e.kind() != ErrorKind::NotFound => Err(Error::io(self.path(), "remove", e)),
-            _ => Ok(()),
-        }
-    }
-}
-
-impl Drop for Claim {
-    fn drop(&mut self) {
-        let empty = self.file.metadata().is_ok_and(|data| data.len() == 0);
-        if empty && stands(&self.file, &self.output.target) {
-            // What stays is empty and does no harm.
-            let _ = fs::remove_file(&self.output.target);
-        }
+        let removed = self.held.iter().map(|held| (held, held.remove()));
+        let refused = removed.filter_map(|(held, removed)| Some((held, removed.err()?))).last();
+        refused.map_or(Ok(()), |(held, e)| Err(Error::io(&held.path, "remove", e)))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
     use std::path::PathBuf;
 
     use tempfile::{TempDir, tempdir};
 
     use super::*;
-    use crate::io::output::Kind;
+
+    const OURS: &[u8] = b"# harmolux 0 ";
 
     fn desk() -> (TempDir, PathBuf) {
         let folder = tempdir().expect("a folder");
@@ -127,35 +99,70 @@ mod tests {
         (folder, path)
     }
 
-    fn open(path: &Path) -> Output {
-        Output::open(path, &Kind::COEFFICIENTS, false).expect("free or ours")
+    fn open(path: &Path) -> Result<Claim> {
+        Claim::open(path, &Kind::COEFFICIENTS, false)
+    }
+
+    fn write(claim: &mut Claim) -> Result<()> {
+        claim.write_with(&mut |file| file.write_all(OURS))
     }
 
     #[test]
     fn claimed_file_is_refused_before_and_after_it_is_written() {
-        let (_folder, path) = desk();
-        open(&path).check_unclaimed().expect("nothing there");
-        assert!(!path.exists(), "checking made a file");
-        let mut claim = open(&path).claim().expect("free");
+        let (folder, path) = desk();
+        let mut claim = open(&path).expect("free");
         for _ in 0..3 {
-            for refusal in [open(&path).claim().map(drop), open(&path).check_unclaimed()] {
-                let message = refusal.expect_err("claimed").to_string();
-                assert!(message.contains("another run is under way"), "{message}");
-            }
-            claim.write_with(&mut |file| file.write_all(b"# harmolux 0 ")).expect("written");
+            let message = open(&path).expect_err("claimed").to_string();
+            assert!(message.contains("another run is under way"), "{message}");
+            write(&mut claim).expect("written");
         }
         drop(claim);
-        assert_eq!(fs::read(&path).expect("stays"), b"# harmolux 0 ");
-        open(&path).claim().expect("free again").remove().expect("removed");
-        assert!(!path.exists());
+        assert_eq!(fs::read(&path).expect("stays"), OURS);
+        open(&path).expect("free again").remove().expect("removed");
+        assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 0);
     }
 
     #[test]
     fn nothing_is_left_of_a_claim_that_wrote_nothing() {
         let (folder, path) = desk();
-        drop(open(&path).claim().expect("free"));
+        drop(open(&path).expect("free"));
         fs::write(&path, b"").expect("as a killed run leaves it");
-        drop(open(&path).claim().expect("free"));
+        drop(open(&path).expect("free"));
         assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 0);
+    }
+
+    #[test]
+    fn foreign_file_is_refused_and_one_that_comes_later_makes_one_copy() {
+        let (folder, path) = desk();
+        let mut claim = open(&path).expect("free");
+        write(&mut claim).expect("written");
+        fs::remove_file(&path).expect("removed");
+        fs::write(&path, b"another's").expect("written");
+        let message = write(&mut claim).expect_err("another's").to_string();
+        let kept = folder.path().join("head.kept-1.txt");
+        assert!(message.contains("kept as") && claim.path() == kept, "{message}");
+        for _ in 0..3 {
+            write(&mut claim).expect("the copy is its own");
+        }
+        assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 2);
+        assert_eq!(fs::read(&kept).expect("kept"), OURS);
+        claim.remove().expect("removed");
+        assert!(!kept.exists());
+        assert_eq!(fs::read(&path).expect("stays"), b"another's");
+        assert!(open(&path).expect_err("another's").to_string().contains("not written by this"));
+    }
+
+    #[test]
+    fn claim_of_a_folder_that_vanished_goes_on_above_it() {
+        let folder = tempdir().expect("a folder");
+        let inner = folder.path().join("inner");
+        fs::create_dir(&inner).expect("made");
+        let mut claim = open(&inner.join("head.txt")).expect("free");
+        write(&mut claim).expect("written");
+        fs::remove_dir_all(&inner).expect("removed");
+        write(&mut claim).expect_err("told");
+        write(&mut claim).expect("goes on");
+        assert_eq!(claim.path(), folder.path().join("head.kept-1.txt"));
+        assert_eq!(fs::read(claim.path()).expect("kept"), OURS);
     }
 }

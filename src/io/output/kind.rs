@@ -7,13 +7,14 @@
 //! numbers has room for nothing: there every file counts as foreign.
 
 use std::borrow::Cow;
+use std::io::{self, Read};
 use std::path::Path;
 
 /// Is what any version writes into its files, its number following.
 const MARK: &str = "harmolux ";
 
 /// How far into a file the mark is looked for, bytes.
-pub(super) const MARKED_WITHIN: u64 = 1024;
+const MARKED_WITHIN: u64 = 1024;
 
 /// Describes a kind of file: its extensions, and how to tell one that this program wrote.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -85,8 +86,15 @@ impl Kind {
         }
     }
 
+    /// Whether this program wrote what `file` holds from here on.
+    pub(super) fn wrote(&self, file: impl Read) -> io::Result<bool> {
+        let mut head = Vec::new();
+        file.take(MARKED_WITHIN.max(self.start.len() as u64)).read_to_end(&mut head)?;
+        Ok(self.owns(&head))
+    }
+
     /// Whether a file with these first bytes was written by this program.
-    pub(super) fn owns(&self, head: &[u8]) -> bool {
+    fn owns(&self, head: &[u8]) -> bool {
         let mark = MARK.as_bytes();
         let named = |w: &[u8]| w.starts_with(mark) && w.last().is_some_and(u8::is_ascii_digit);
         let marked = match self.mark {

@@ -1,26 +1,40 @@
-//! Writing files safely: checked before the long run, written whole at its end, replacing only what
-//! is ours.
+//! Writing files safely: checked before the long run, written whole at its end, and nothing lost.
 //!
-//! What is being written is locked by its process, as is what a run has claimed; the lock ends with
-//! the process, however that ends.
+//! The rules, for every verb and every kind of file:
+//!
+//! * **What is complete stays.** A file that is not empty is replaced only by force, whoever wrote
+//!   it: a result may have cost a night, and a table may have got rows by hand. Only what a run
+//!   goes on with is its own to replace: its checkpoint, and the pictures that it wrote, which hold
+//!   the text of their run.
+//! * **What is under way lies beside.** `NAME.unfinished.EXT` is held from the beginning of a run
+//!   to its end, locked; what an interrupted run has, and a look at one that goes on, are written
+//!   there. The complete result takes the place of NAME.EXT at once, and that file goes.
+//! * **Two runs never write one output.** The second is refused while the first holds the lock,
+//!   which ends with its process, however that ends.
+//! * **Ours is what says so inside.** A file `NAME.unfinished.EXT` that nobody has locked and that
+//!   is empty or carries our mark ([`Kind`]) is what a run left: the next takes it over when it has
+//!   something to write. Another program's is left, and the next name taken, `NAME.unfinished-2.EXT`.
+//!   A run that is refused removes nothing.
+//! * **A result is kept.** When it cannot take its place, it stays beside it as `NAME.kept-N.EXT`;
+//!   when its folder takes no file, it is written to the one above, the current one, or that for
+//!   temporary files, and the error says where.
 
 mod claim;
+mod destination;
+mod held;
+mod kept;
 mod kind;
 mod lock;
-mod unfinished;
 
-use std::fs::{self, File};
 use std::io::{self, Read, Seek, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use tempfile::NamedTempFile;
-
-use crate::error::Advice;
 use crate::{Error, Result};
 
 pub use claim::Claim;
+use destination::{Destination, Replaces};
+use held::Held;
 pub use kind::Kind;
-use kind::{MARKED_WITHIN, Mark};
 
 /// Names this program and its version, as written into files.
 pub const SOFTWARE: &str = concat!("harmolux ", env!("CARGO_PKG_VERSION"));
@@ -30,11 +44,24 @@ pub trait ReadWriteSeek: Read + Write + Seek {}
 
 impl<T: Read + Write + Seek> ReadWriteSeek for T {}
 
-/// Promises that a file can be written, and writes it whole.
+/// Writes the content of a file, again where the first place did not take it.
+pub type Fill<'a> = &'a mut dyn FnMut(&mut dyn ReadWriteSeek) -> io::Result<()>;
+
+/// Says how far a result is when it is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// A look at a run that goes on: it lies beside the output, and what fails is tried nowhere
+    /// else.
+    Preview,
+    /// What an interrupted run has: it lies beside the output.
+    Unfinished,
+    /// The whole result: it takes the place of the output.
+    Complete,
+}
+
+/// Promises that a file can be written, keeps it to this run, and writes it whole.
 ///
-/// Opening leaves nothing behind and changes nothing: an output that is dropped unused, or a run
-/// that ends early, leaves the old file as it was. Only what a killed run left of this very output,
-/// `NAME.unfinished.EXT`, is removed.
+/// An output that is dropped unused leaves nothing behind and the old file as it was.
 ///
 /// ```
 /// use harmolux::io::output::{Kind, Output};
@@ -47,167 +74,112 @@ impl<T: Read + Write + Seek> ReadWriteSeek for T {}
 /// ```
 #[derive(Debug)]
 pub struct Output {
-    /// The path as given, for messages.
-    path: PathBuf,
-    /// The path behind links, so that a link stays one.
-    target: PathBuf,
-    kind: Kind,
-    force: bool,
+    to: Destination,
+    /// `NAME.unfinished.EXT`.
+    under_way: Held,
 }
 
 impl Output {
-    /// Checks that `path` can be written as this kind of file: the extension fits, the folder
-    /// exists and takes files, and what stands there now is nothing, empty, or written by this
-    /// program; `force` lets a foreign file be replaced.
+    /// Checks that `path` can be written as this kind of file, and takes it for this run: the
+    /// extension fits, the folder exists and takes files, no other run writes it, and what stands
+    /// there now is nothing or empty; `force` lets any regular file be replaced.
     ///
     /// # Errors
     /// [`Error::Parameter`] with what to do instead; [`Error::Io`] when the system refuses to write
     /// in the folder.
     pub fn open(path: &Path, kind: &Kind, force: bool) -> Result<Self> {
-        if !kind.fits(path) {
-            return Err(Error::Parameter(format!(
-                "{}: {} needs the extension .{}: name it {}",
-                path.display(),
-                kind.name,
-                kind.extensions.join(" or ."),
-                path.with_extension(kind.extensions.first().unwrap_or(&"")).display()
-            )));
+        Self::opened(path, kind, if force { Replaces::Anything } else { Replaces::Nothing })
+    }
+
+    /// As [`Output::open`], for a run that may go on: what this program wrote may stand there too,
+    /// until [`Output::check_run`] tells what.
+    ///
+    /// # Errors
+    /// As [`Output::open`].
+    pub fn open_again(path: &Path, kind: &Kind, force: bool) -> Result<Self> {
+        Self::opened(path, kind, if force { Replaces::Anything } else { Replaces::Own })
+    }
+
+    fn opened(path: &Path, kind: &Kind, replaces: Replaces) -> Result<Self> {
+        let to = Destination::new(path, kind, replaces)?;
+        let under_way = to.hold()?;
+        Ok(Self { to, under_way })
+    }
+
+    /// Rejects a file that stands there and does not hold the text `run` within its first 64 KiB,
+    /// unless the output was forced.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when it is of another run; [`Error::Io`] when it cannot be read.
+    pub fn check_run(&mut self, run: &str) -> Result<()> {
+        if self.to.replaces != Replaces::Anything {
+            self.to.replaces = Replaces::Run(run.to_owned());
         }
-        let target = behind_links(path)?;
-        let output = Self { path: path.to_owned(), target, kind: kind.clone(), force };
-        output.check_folder()?;
-        output.check_present()?;
-        Ok(output)
+        self.to.check_present()
     }
 
     /// Returns the path as it was given.
     pub fn path(&self) -> &Path {
-        &self.path
+        &self.to.path
     }
 
-    /// Writes the file whole, through a temporary one beside it, so that no reader ever sees half
-    /// of it.
+    /// Returns where a result goes.
+    pub fn path_at(&self, stage: Stage) -> &Path {
+        if stage == Stage::Complete { &self.to.path } else { &self.under_way.path }
+    }
+
+    /// Writes the whole result, through a temporary file beside it, so that no reader ever sees
+    /// half of it.
     ///
     /// # Errors
-    /// [`Error::Io`] when the system refuses, or when a foreign file has come to stand there since
+    /// [`Error::Io`] when the system refuses, or when another file has come to stand there since
     /// [`Output::open`]; the bytes are then kept under the name that the message says, if they
     /// could be written at all. The old file is as it was.
-    pub fn write(self, bytes: &[u8]) -> Result<()> {
-        self.write_with(&mut |file| file.write_all(bytes))
+    pub fn write(mut self, bytes: &[u8]) -> Result<()> {
+        self.write_at(Stage::Complete, bytes)
     }
 
-    /// Writes the file as [`Output::write`] does, by parts and as often as wanted.
+    /// Writes a result as far as it is.
     ///
     /// # Errors
     /// As [`Output::write`].
-    pub fn write_with(
-        &self,
-        fill: &mut dyn FnMut(&mut dyn ReadWriteSeek) -> io::Result<()>,
-    ) -> Result<()> {
-        self.put(fill).map(drop)
+    pub fn write_at(&mut self, stage: Stage, bytes: &[u8]) -> Result<()> {
+        self.write_with(stage, &mut |file| file.write_all(bytes))
     }
 
-    /// Writes the file and gives it, locked.
-    fn put(&self, fill: &mut dyn FnMut(&mut dyn ReadWriteSeek) -> io::Result<()>) -> Result<File> {
-        let temporary = self.fill(fill).map_err(|e| Error::io(&self.path, "write", e))?;
-        if let Err(reason) = self.check_present() {
-            return Err(self.keep(temporary, &reason));
-        }
-        match temporary.persist(&self.target) {
-            Ok(file) => Ok(file),
-            Err(refused) => Err(self.keep(refused.file, &refused.error)),
-        }
-    }
-
-    fn folder(&self) -> &Path {
-        match self.target.parent() {
-            Some(parent) if parent != Path::new("") => parent,
-            _ => Path::new("."),
-        }
-    }
-
-    fn check_folder(&self) -> Result<()> {
-        let folder = self.folder();
-        if !folder.is_dir() {
-            return Err(Error::Parameter(format!(
-                "{}: there is no folder {}: create it, or name a file elsewhere",
-                self.path.display(),
-                folder.display()
-            )));
-        }
-        // Only trying tells: permission bits know nothing of full disks, read-only mounts and
-        // access lists.
-        self.temporary().map(drop).map_err(|e| {
-            let advice = format!("{e}; name a file in a folder that takes files");
-            Error::io(&self.path, "write", io::Error::new(e.kind(), advice))
-        })
-    }
-
-    fn check_present(&self) -> Result<()> {
-        let refuse = |why: &str| Err(Error::Parameter(format!("{}: {why}", self.path.display())));
-        let present = match fs::metadata(&self.target) {
-            Ok(present) => present,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
-            Err(e) => return Err(Error::io(&self.path, "read", e)),
+    /// Writes a result by parts, and as often as wanted.
+    ///
+    /// # Errors
+    /// As [`Output::write`].
+    pub fn write_with(&mut self, stage: Stage, fill: Fill) -> Result<()> {
+        let written = match self.to.fill(fill) {
+            Ok(written) => written,
+            Err(e) if stage == Stage::Preview => return Err(Error::io(self.path(), "write", e)),
+            Err(e) => return Err(self.to.keep_elsewhere(fill, &e).1),
         };
-        if !present.is_file() {
-            return refuse("this is not a regular file: choose another name");
-        }
-        if present.permissions().readonly() {
-            return refuse(
-                "the file that stands there is read-only: allow writing, or choose another name",
-            );
-        }
-        if self.force || self.kind.owns(&self.head()?) || present.len() == 0 {
+        if stage != Stage::Complete {
+            if let Err((written, _)) = self.under_way.replace(written) {
+                // Another program's file stands there now: this one keeps the name it has.
+                self.under_way = written.lasting();
+            }
             return Ok(());
         }
-        let name = self.kind.name;
-        let why = match self.kind.mark {
-            Mark::Nothing => format!("{name} cannot say whether this program wrote it"),
-            _ => format!("the file that stands there was not written by this program as {name}"),
-        };
-        refuse(&why).map_err(|e| e.advise(Advice::Overwrite))
-    }
-
-    fn head(&self) -> Result<Vec<u8>> {
-        let mut head = Vec::new();
-        let read = |head: &mut Vec<u8>| {
-            let within = MARKED_WITHIN.max(self.kind.start.len() as u64);
-            fs::File::open(&self.target)?.take(within).read_to_end(head)
-        };
-        read(&mut head).map_err(|e| Error::io(&self.path, "read", e))?;
-        Ok(head)
-    }
-
-    fn fill(
-        &self,
-        fill: &mut dyn FnMut(&mut dyn ReadWriteSeek) -> io::Result<()>,
-    ) -> io::Result<NamedTempFile> {
-        let mut temporary = self.temporary()?;
-        fill(&mut temporary)?;
-        if let Ok(present) = fs::metadata(&self.target) {
-            temporary.as_file().set_permissions(present.permissions())?;
+        if let Err(reason) = self.to.check_present() {
+            return Err(self.to.keep(written, fill, &reason).1);
         }
-        temporary.as_file().sync_all()?;
-        Ok(temporary)
+        if let Err((written, e)) = written.put(&self.to.target) {
+            return Err(self.to.keep(written, fill, &e).1);
+        }
+        self.under_way.expire();
+        Ok(())
     }
-}
-
-/// Follows links, so that what they point to is checked and replaced, not the link.
-fn behind_links(path: &Path) -> Result<PathBuf> {
-    if !path.is_symlink() {
-        return Ok(path.to_owned());
-    }
-    fs::canonicalize(path).map_err(|_| {
-        Error::Parameter(format!(
-            "{}: this is a link to nothing: remove it, or choose another name",
-            path.display()
-        ))
-    })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::PathBuf;
+
     use super::*;
     use tempfile::{TempDir, tempdir};
 
@@ -233,23 +205,19 @@ mod tests {
 
     fn names(folder: &TempDir) -> Vec<String> {
         let entries = fs::read_dir(folder.path()).expect("readable");
-        entries.map(|e| e.expect("entry").file_name().to_string_lossy().into_owned()).collect()
-    }
-
-    #[test]
-    fn file_without_room_for_a_name_is_never_ours() {
-        let (folder, path) = folder_with(Some(OURS));
-        let kind = Kind::unmarked("an array", &["txt"]);
-        assert!(refusal(&path, &kind, false).contains("an array cannot say whether this program"));
-        Output::open(&path, &kind, true).expect("forced").write(b"1").expect("written");
-        assert_eq!(fs::read(folder.path().join("head.txt")).expect("readable"), b"1");
+        let name = |e: io::Result<fs::DirEntry>| e.expect("entry").file_name();
+        let mut names: Vec<_> =
+            entries.map(name).map(|n| n.to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
     }
 
     #[test]
     fn new_file_is_written_and_nothing_else_is_left() {
         let (folder, path) = folder_with(None);
         let output = open(&path, false).expect("free");
-        assert!(names(&folder).is_empty() && output.path() == path);
+        assert_eq!(names(&folder), ["head.unfinished.txt"]);
+        assert_eq!(output.path(), path);
         output.write(OURS).expect("written");
         assert_eq!(fs::read(&path).expect("there"), OURS);
         assert_eq!(names(&folder), ["head.txt"]);
@@ -258,39 +226,111 @@ mod tests {
     #[test]
     fn dropped_unused_leaves_the_old_file() {
         let (folder, path) = folder_with(Some(OURS));
-        drop(open(&path, true).expect("ours"));
+        drop(open(&path, true).expect("forced"));
         assert_eq!(fs::read(&path).expect("there"), OURS);
         assert_eq!(names(&folder), ["head.txt"]);
     }
 
     #[test]
-    fn own_and_empty_files_are_replaced() {
-        for content in [OURS, b""] {
-            let (_folder, path) = folder_with(Some(content));
-            open(&path, false).expect("ours").write(b"new").expect("written");
+    fn what_is_complete_is_replaced_only_by_force() {
+        for content in [OURS, FOREIGN] {
+            let (folder, path) = folder_with(Some(content));
+            let message = refusal(&path, &Kind::COEFFICIENTS, false);
+            assert!(message.starts_with(&path.display().to_string()), "{message}");
+            assert!(
+                message.ends_with("is there already: choose another name, or have it replaced")
+            );
+            assert_eq!(fs::read(&path).expect("there"), content);
+            open(&path, true).expect("forced").write(b"new").expect("written");
             assert_eq!(fs::read(&path).expect("there"), b"new");
+            assert_eq!(names(&folder), ["head.txt"]);
         }
-    }
-
-    #[test]
-    fn foreign_file_needs_force() {
-        let (_folder, path) = folder_with(Some(FOREIGN));
-        let message = refusal(&path, &Kind::COEFFICIENTS, false);
-        assert!(message.starts_with(&path.display().to_string()), "{message}");
-        assert!(message.ends_with("choose another name, or have it replaced"));
-        assert_eq!(fs::read(&path).expect("there"), FOREIGN);
-        open(&path, true).expect("forced").write(b"new").expect("written");
+        let (_folder, path) = folder_with(Some(b""));
+        open(&path, false).expect("empty").write(b"new").expect("written");
         assert_eq!(fs::read(&path).expect("there"), b"new");
     }
 
     #[test]
+    fn run_that_goes_on_replaces_what_is_its_own() {
+        let again = |path: &Path| Output::open_again(path, &Kind::COEFFICIENTS, false);
+        let (_folder, path) = folder_with(Some(b"# harmolux 0.0.1 coefficients of run 17\n"));
+        let mut output = again(&path).expect("ours");
+        let message = output.check_run("run 18").expect_err("of run 17").to_string();
+        assert!(message.contains("of another run"), "{message}");
+        output.check_run("run 17").expect("the same");
+        output.write(b"new").expect("written");
+        assert_eq!(fs::read(&path).expect("there"), b"new");
+        fs::write(&path, FOREIGN).expect("writable");
+        assert!(again(&path).expect_err("foreign").to_string().contains("not written by this"));
+        let mut forced = Output::open_again(&path, &Kind::COEFFICIENTS, true).expect("forced");
+        forced.check_run("run 17").expect("forced");
+    }
+
+    #[test]
+    fn what_is_unfinished_lies_beside_until_the_result_is_complete() {
+        let (folder, path) = folder_with(Some(OURS));
+        let unfinished = folder.path().join("head.unfinished.txt");
+        for stage in [Stage::Preview, Stage::Unfinished] {
+            let mut output = open(&path, true).expect("forced");
+            output.write_at(stage, b"# harmolux 1 half").expect("written");
+            assert_eq!(output.path_at(stage), unfinished);
+            drop(output);
+            assert_eq!(fs::read(&path).expect("there"), OURS);
+            assert_eq!(fs::read(&unfinished).expect("there"), b"# harmolux 1 half");
+        }
+        let output = open(&path, true).expect("forced");
+        assert!(unfinished.exists(), "opening removes what an interrupted run has");
+        output.write(b"new").expect("written");
+        assert_eq!(names(&folder), ["head.txt"]);
+    }
+
+    #[test]
+    fn second_run_is_refused_until_the_first_ends() {
+        let (folder, path) = folder_with(None);
+        let mut first = open(&path, false).expect("free");
+        let refused = || refusal(&path, &Kind::COEFFICIENTS, true);
+        assert!(refused().contains("another run is under way"));
+        first.write_at(Stage::Preview, OURS).expect("written");
+        assert!(refused().contains("another run is under way"));
+        drop(first);
+        open(&path, false).expect("free").write(OURS).expect("written");
+        assert_eq!(names(&folder), ["head.txt"]);
+    }
+
+    #[test]
+    fn unfinished_files_of_others_stay_and_another_name_is_taken() {
+        let (folder, path) = folder_with(Some(OURS));
+        let notes = folder.path().join("head.unfinished.txt");
+        fs::write(&notes, b"my notes").expect("writable");
+        refusal(&path, &Kind::COEFFICIENTS, false);
+        assert_eq!(names(&folder), ["head.txt", "head.unfinished.txt"]);
+        let mut output = open(&path, true).expect("forced");
+        assert!(refusal(&path, &Kind::COEFFICIENTS, true).contains("another run"));
+        output.write_at(Stage::Preview, OURS).expect("written");
+        assert!(output.path_at(Stage::Preview).ends_with("head.unfinished-2.txt"));
+        output.write(b"new").expect("written");
+        assert_eq!(fs::read(&notes).expect("there"), b"my notes");
+        assert_eq!(names(&folder), ["head.txt", "head.unfinished.txt"]);
+    }
+
+    #[test]
+    fn files_that_cannot_say_who_wrote_them_stay() {
+        let (folder, path) = folder_with(None);
+        let kind = Kind::unmarked("an array", &["txt"]);
+        fs::write(folder.path().join("head.unfinished.txt"), b"1").expect("writable");
+        Output::open(&path, &kind, false).expect("free").write(b"2").expect("written");
+        assert_eq!(names(&folder), ["head.txt", "head.unfinished.txt"]);
+    }
+
+    #[test]
     fn csv_is_ours_when_its_header_row_is_the_one_to_be_written() {
-        let folder = tempdir().expect("a folder");
-        let path = folder.path().join("spectrum.csv");
+        let (folder, _) = folder_with(None);
+        let path = folder.path().join("a.csv");
         fs::write(&path, "degree,energy\n0,1\n").expect("writable");
-        assert!(Output::open(&path, &Kind::csv(b"degree,energy\n".into()), false).is_ok());
-        let message = refusal(&path, &Kind::csv(b"degree,energy,error\n".into()), false);
-        assert!(message.contains("have it replaced"), "{message}");
+        let claim = |header: &[u8]| Claim::open(&path, &Kind::csv(header.into()), false);
+        claim(b"degree,energy\n").expect("ours");
+        let message = claim(b"degree,energy,error\n").expect_err("another's").to_string();
+        assert!(message.contains("not written by this program as a CSV table"), "{message}");
     }
 
     #[test]
@@ -339,17 +379,44 @@ mod tests {
         let message = output.write(OURS).expect_err("refused").to_string();
         assert!(message.contains("the result is kept as"), "{message}");
         assert_eq!(fs::read(&path).expect("there"), FOREIGN);
-        let kept = names(&folder).into_iter().find(|n| n != "head.txt").expect("kept");
-        assert!(message.contains(&kept) && kept.starts_with("head.kept-"));
-        assert_eq!(fs::read(folder.path().join(kept)).expect("there"), OURS);
+        assert!(message.contains("head.kept-1.txt"), "{message}");
+        assert_eq!(names(&folder), ["head.kept-1.txt", "head.txt"]);
+        assert_eq!(fs::read(folder.path().join("head.kept-1.txt")).expect("there"), OURS);
+        fs::remove_file(&path).expect("removed");
+        let output = open(&path, false).expect("free");
+        fs::write(&path, FOREIGN).expect("writable");
+        output.write(OURS).expect_err("refused");
+        assert_eq!(names(&folder), ["head.kept-1.txt", "head.kept-2.txt", "head.txt"]);
     }
 
     #[test]
-    fn folder_that_vanishes_during_the_run_is_reported() {
+    fn result_whose_folder_vanished_is_kept_above_it() {
+        let (folder, _) = folder_with(None);
+        let inner = folder.path().join("inner");
+        fs::create_dir(&inner).expect("made");
+        let mut output = open(&inner.join("head.txt"), false).expect("free");
+        fs::remove_dir_all(&inner).expect("removed");
+        output.write_at(Stage::Preview, OURS).expect_err("nowhere to go");
+        assert!(names(&folder).is_empty(), "a look is kept");
+        let error = output.write(OURS).expect_err("refused");
+        let kept = folder.path().join("head.kept-1.txt");
+        assert!(matches!(error, Error::Io { .. }));
+        assert!(error.to_string().contains(&format!("kept as {}", kept.display())), "{error}");
+        assert_eq!(fs::read(&kept).expect("kept"), OURS);
+        assert_eq!(names(&folder), ["head.kept-1.txt"]);
+    }
+
+    #[test]
+    fn what_nothing_takes_leaves_nothing_behind() {
         let (folder, path) = folder_with(None);
-        let output = open(&path, false).expect("free");
-        folder.close().expect("removed");
-        assert!(matches!(output.write(OURS), Err(Error::Io { .. })));
+        let mut output = open(&path, false).expect("free");
+        let error = output.write_with(Stage::Complete, &mut |file| {
+            file.write_all(OURS)?;
+            Err(io::Error::from(io::ErrorKind::StorageFull))
+        });
+        assert!(error.expect_err("full").to_string().contains("could not be kept"));
+        drop(output);
+        assert!(names(&folder).is_empty());
     }
 
     #[cfg(unix)]
@@ -374,7 +441,7 @@ mod tests {
             let (folder, path) = folder_with(Some(OURS));
             let link = folder.path().join("link.txt");
             symlink(&path, &link).expect("linked");
-            open(&link, false).expect("ours").write(b"new").expect("written");
+            open(&link, true).expect("forced").write(b"new").expect("written");
             assert!(link.is_symlink() && fs::read(&path).expect("there") == b"new");
             assert!(open(&link, false).is_err());
             fs::remove_file(&path).expect("removed");
@@ -386,12 +453,22 @@ mod tests {
             let (folder, path) = folder_with(Some(OURS));
             let mode = |p: &Path| fs::metadata(p).expect("there").permissions().mode() & 0o777;
             fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).expect("set");
-            open(&path, false).expect("ours").write(OURS).expect("written");
+            open(&path, true).expect("forced").write(OURS).expect("written");
             assert_eq!(mode(&path), 0o640);
             let (plain, ours) = (folder.path().join("plain"), folder.path().join("new.txt"));
             fs::write(&plain, b"").expect("written");
             open(&ours, false).expect("free").write(OURS).expect("written");
             assert_eq!(mode(&ours), mode(&plain));
+        }
+
+        #[test]
+        fn links_and_devices_under_the_name_of_what_is_unfinished_stay() {
+            let (folder, path) = folder_with(None);
+            symlink("/dev/null", folder.path().join("head.unfinished.txt")).expect("linked");
+            symlink("nothing", folder.path().join("head.unfinished-2.txt")).expect("linked");
+            open(&path, false).expect("free").write(OURS).expect("written");
+            let all = ["head.txt", "head.unfinished-2.txt", "head.unfinished.txt"];
+            assert_eq!(names(&folder), all);
         }
 
         #[test]

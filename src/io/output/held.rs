@@ -1,0 +1,179 @@
+//! Files that this process has locked; the lock ends with the process, however that ends.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use super::Kind;
+use super::lock::{Lock, stands};
+
+/// How often a file may be replaced in the moment between opening and locking it; once is rare.
+const ATTEMPTS: usize = 8;
+
+/// A file that is locked until it is dropped, and that is removed then if it is empty or passing.
+#[derive(Debug)]
+pub(super) struct Held {
+    pub(super) path: PathBuf,
+    pub(super) file: File,
+    is_passing: bool,
+}
+
+/// Says what came of taking a file.
+pub(super) enum Attempt {
+    Held(Held),
+    /// Another process has it, or another output of this one.
+    Another,
+    /// It is not ours.
+    Foreign,
+}
+
+impl Held {
+    /// Takes what stands at a path, or an empty file that is made: one of the given kind that this
+    /// program wrote, or, without a kind, any regular file. Its content stays.
+    pub(super) fn take(path: PathBuf, kind: Option<&Kind>) -> io::Result<Attempt> {
+        for _ in 0..ATTEMPTS {
+            let (file, is_new) = match opened(&path)? {
+                Opened::File { file, is_new } => (file, is_new),
+                Opened::Foreign => return Ok(Attempt::Foreign),
+                Opened::Changing => continue,
+            };
+            match Lock::take(&file, &path) {
+                Lock::Ours => {}
+                // Where nothing can be locked, what is there may be another's.
+                Lock::Unknown if is_new || kind.is_none() => {}
+                Lock::Unknown => return Ok(Attempt::Foreign),
+                Lock::Another => return Ok(Attempt::Another),
+                Lock::Gone => continue,
+            }
+            let is_empty = file.metadata()?.len() == 0;
+            if !is_empty && !kind.map_or(Ok(true), |kind| kind.wrote(&file))? {
+                return Ok(Attempt::Foreign);
+            }
+            return Ok(Attempt::Held(Self { path, file, is_passing: false }));
+        }
+        Ok(Attempt::Another)
+    }
+
+    /// Makes a new file.
+    pub(super) fn create(path: PathBuf) -> io::Result<Self> {
+        let file = OpenOptions::new().read(true).write(true).create_new(true).open(&path)?;
+        // Its name is new: nobody waits for it.
+        let _ = file.try_lock();
+        Ok(Self { path, file, is_passing: false })
+    }
+
+    /// Lets the file vanish with this value.
+    pub(super) fn passing(mut self) -> Self {
+        self.expire();
+        self
+    }
+
+    /// As [`Held::passing`].
+    pub(super) fn expire(&mut self) {
+        self.is_passing = true;
+    }
+
+    /// Lets the file stay, unless it is empty.
+    pub(super) fn lasting(mut self) -> Self {
+        self.is_passing = false;
+        self
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.file.metadata().is_ok_and(|data| data.len() == 0)
+    }
+
+    /// Puts `next` in the place of this file; gives it back when something else has come to stand
+    /// there, or the system refuses.
+    pub(super) fn replace(&mut self, mut next: Self) -> Result<(), (Self, io::Error)> {
+        if fs::symlink_metadata(&self.path).is_ok() && !stands(&self.file, &self.path) {
+            let error = io::Error::other("another file has come to stand there");
+            return Err((next, error));
+        }
+        if let Err(error) = rename(&next.path, &self.path) {
+            return Err((next, error));
+        }
+        // What is dropped is the file that was replaced.
+        std::mem::swap(&mut self.file, &mut next.file);
+        Ok(())
+    }
+
+    /// Renames the file, in place of what stands there; gives it back when the system refuses.
+    pub(super) fn put(mut self, target: &Path) -> Result<(), (Self, io::Error)> {
+        match rename(&self.path, target) {
+            Ok(()) => {
+                target.clone_into(&mut self.path);
+                drop(self.lasting());
+                Ok(())
+            }
+            Err(error) => Err((self, error)),
+        }
+    }
+
+    /// Renames the file to a name that is free.
+    pub(super) fn put_new(&mut self, target: PathBuf) -> io::Result<()> {
+        match fs::hard_link(&self.path, &target) {
+            Ok(()) => fs::remove_file(&self.path)?,
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => return Err(e),
+            // Not every file system has links.
+            Err(_) => fs::rename(&self.path, &target)?,
+        }
+        sync_folder(&target);
+        self.path = target;
+        self.is_passing = false;
+        Ok(())
+    }
+
+    /// Removes the file, if it still stands there.
+    pub(super) fn remove(&self) -> io::Result<()> {
+        if stands(&self.file, &self.path) { fs::remove_file(&self.path) } else { Ok(()) }
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        if self.is_passing || self.is_empty() {
+            // What stays does no harm.
+            let _ = self.remove();
+        }
+    }
+}
+
+enum Opened {
+    File { file: File, is_new: bool },
+    Foreign,
+    Changing,
+}
+
+/// Opens a regular file to read and write it, or makes one.
+fn opened(path: &Path) -> io::Result<Opened> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true);
+    match fs::symlink_metadata(path) {
+        Ok(data) if !data.is_file() => Ok(Opened::Foreign),
+        Ok(_) => Ok(match options.open(path) {
+            Ok(file) => Opened::File { file, is_new: false },
+            Err(e) if e.kind() == ErrorKind::NotFound => Opened::Changing,
+            Err(_) => Opened::Foreign,
+        }),
+        Err(e) if e.kind() == ErrorKind::NotFound => match options.create_new(true).open(path) {
+            Ok(file) => Ok(Opened::File { file, is_new: true }),
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(Opened::Changing),
+            Err(e) => Err(e),
+        },
+        Err(e) => Err(e),
+    }
+}
+
+fn rename(from: &Path, to: &Path) -> io::Result<()> {
+    fs::rename(from, to)?;
+    sync_folder(to);
+    Ok(())
+}
+
+/// Brings the new name of a file to the disk: without that a crash of the machine may bring back
+/// the old one. Not every system can, and the file itself is there in any case.
+fn sync_folder(file: &Path) {
+    let folder = file.parent().filter(|folder| *folder != Path::new(""));
+    let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
+}
