@@ -2,7 +2,7 @@
 //!
 //! The format is told by the content of a file, and by its extension only where the content cannot
 //! tell. Readers stream: they hold the mesh, a buffer and a line, and believe no count that the file
-//! is too short for. (glTF is read whole, and OBJ takes ten times the mesh: crate tobj parses it.)
+//! is too short for. (glTF is read whole, and OBJ takes nine times the mesh: crate tobj parses it.)
 //! What is read is what the file says: nothing is repaired, except that the formats without shared
 //! vertices, STL and glTF, have corners at equal coordinates joined.
 

@@ -180,7 +180,7 @@ impl Statements {
     fn parts(mut self, source: &Source) -> Result<Parts> {
         let statements = std::mem::take(&mut self.text);
         self.pass(b'f', [1, 1].into_iter().chain(1..=self.vertices).map(|v| v.to_string()));
-        let numbers = statements.iter().filter(|&&byte| byte == b' ').count();
+        let numbers = statements.split(|&byte| byte == b' ').count();
         require_memory(source, numbers.saturating_mul(MAX_BYTES_PER_NUMBER))?;
         let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
         let mut text = self.text.chain(&statements[..]);
