@@ -1,15 +1,17 @@
 //! Wavefront OBJ: the statements `v` and `f` of all objects and groups as one mesh.
 //!
-//! Read line by line, so that nothing but the mesh itself is held and a fault has a line. Crate
-//! tobj, which splits a file at every object, group and material and numbers vertices anew, is what
-//! this reader is tested against (tests/meshes.rs).
+//! Crate tobj parses them. It names neither line nor word of a fault, accepts coordinates that are
+//! not finite, faces of two corners and vertex 0, knows neither continued lines nor comments behind
+//! a statement, makes a mesh of each object and numbers vertices by their first use. So each
+//! statement is checked before it is passed on, and a polygon of all vertices in order comes first.
 
+use std::io::Read;
 use std::path::Path;
 
 use glam::DVec3;
 
-use super::parts::{Fan, MOST_VERTICES, Parts, thin_face};
-use super::source::{Source, number, shown, words};
+use super::parts::{MOST_VERTICES, Parts, thin_face, too_many};
+use super::source::{Source, number, shown};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 
@@ -28,20 +30,20 @@ pub fn read_obj(path: &Path) -> Result<Mesh> {
 
 /// Reads the content of an OBJ file.
 pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
-    let mut reader = Reader::default();
+    let mut statements = Statements::default();
     while source.next_line()? {
         if source.line() == 1 && source.text().starts_with(b"\xef\xbb\xbf") {
             source.text_mut().drain(..3);
         }
         let more = join_continued(source)?;
         match source.words().next() {
-            Some(b"v") => reader.vertex(source)?,
-            Some(b"f" | b"fo") => reader.face(source)?,
+            Some(b"v") => statements.vertex(source)?,
+            Some(b"f" | b"fo") => statements.face(source)?,
             _ => {}
         }
         source.count_lines(more);
     }
-    reader.finish(source)
+    statements.finish(source)
 }
 
 /// Joins the lines that a backslash at their end continues, and gives how many were added.
@@ -63,133 +65,166 @@ struct Forward {
     number: i64,
     line: usize,
     /// How many vertices stand before it.
-    before: usize,
+    before: i64,
 }
 
+/// Holds what is passed on to tobj.
 #[derive(Default)]
-struct Reader {
-    parts: Parts,
+struct Statements {
+    text: Vec<u8>,
+    vertices: usize,
     /// The corners that name a vertex beyond all seen or named before, in the order of the file.
     forward: Vec<Forward>,
 }
 
+/// The memory that tobj takes for each number at most: where capacities have just doubled.
+const MAX_BYTES_PER_NUMBER: usize = 100;
 /// What a file needs at least.
 const ENOUGH: &str = "an OBJ file has lines such as `v 0.1 0.2 0.3` and `f 1 2 3`; check that \
                       this is the right file";
 /// How a vertex is written.
 const VERTEX: &str = "write three numbers, as in `v 0.1 0.2 0.3`";
+/// How a corner is written.
+const CORNER: &str = "write a corner as the number of a vertex: `7`, `7/1`, `7//2` or `7/1/2`";
 
-impl Reader {
+impl Statements {
+    /// Writes a statement.
+    fn pass(&mut self, keyword: u8, words: impl Iterator<Item = impl AsRef<[u8]>>) {
+        self.text.push(keyword);
+        for word in words {
+            self.text.push(b' ');
+            self.text.extend_from_slice(word.as_ref());
+        }
+        self.text.push(b'\n');
+    }
+
     fn vertex(&mut self, source: &Source) -> Result<()> {
         // Three coordinates, then a weight where it is all that follows, or colours, which are
         // passed over.
         let mut values = [0.0, 0.0, 0.0, 1.0];
-        let count = words(source.text()).count() - 1;
+        let count = source.words().count() - 1;
         if count < 3 {
             return Err(source.fault_here(format!("a vertex of {count} coordinates"), VERTEX));
         }
         let known = if count == 4 { 4 } else { 3 };
         for (value, word) in values[..known].iter_mut().zip(source.words().skip(1)) {
-            *value = number(word).ok_or_else(|| no_number(source, word))?;
+            *value = number(word).ok_or_else(|| unusable(source, word, "a number", VERTEX))?;
         }
         let [x, y, z, weight] = values;
         if weight == 0.0 {
             let message = "a vertex of weight 0, which is at infinity";
             return Err(source.fault_here(message, "leave out the fourth number"));
         }
-        let position = if known == 4 { DVec3::new(x, y, z) / weight } else { DVec3::new(x, y, z) };
+        let position = DVec3::new(x, y, z) / weight;
+        self.vertices += 1;
         if !position.is_finite() {
-            let vertex = self.parts.positions.len() + 1;
-            let message = format!("vertex {vertex} is at {position}, which is not finite");
+            let message = format!("vertex {} is at {position}, which is not finite", self.vertices);
             let help = "write three ordinary numbers; export again if a program wrote this";
             return Err(source.fault_here(message, help));
         }
-        self.parts.vertex(source, position)
-    }
-
-    fn face(&mut self, source: &Source) -> Result<()> {
-        let mut fan = Fan::default();
-        for word in source.words().skip(1) {
-            let vertex = self.corner(source, word)?;
-            fan.corner(vertex, &mut self.parts.triangles);
+        if self.vertices as u64 > MOST_VERTICES {
+            return Err(source.fault(too_many(MOST_VERTICES + 1), "divide the file"));
         }
-        if fan.corners() < 3 {
-            let help = "give a face at least three vertices, as in `f 1 2 3`, on one line";
-            return Err(source.fault_here(thin_face(fan.corners()), help));
-        }
+        self.pass(b'v', source.words().skip(1).take(known));
         Ok(())
     }
 
-    /// Returns the vertex, from 0, that a corner such as `7`, `7/1`, `7//2` or `-1/1/2` names.
-    fn corner(&mut self, source: &Source, word: &[u8]) -> Result<u32> {
-        let before = self.parts.positions.len();
-        let Some(named) = vertex_of_corner(word) else {
-            let help = "write a corner as the number of a vertex: `7`, `7/1`, `7//2` or `7/1/2`";
-            return Err(readable(source, word).err().unwrap_or_else(|| {
-                source.fault_here(format!("`{}` is not a corner of a face", shown(word)), help)
-            }));
-        };
-        // A vertex count never exceeds 32 bits, an index from the end fits in i64.
-        let index = if named < 0 { named.saturating_add(before as i64) } else { named - 1 };
-        if index < 0 {
+    fn face(&mut self, source: &Source) -> Result<()> {
+        let mut corners = 0;
+        for word in source.words().skip(1) {
+            self.corner(source, word)?;
+            corners += 1;
+        }
+        if corners < 3 {
+            let help = "give a face at least three vertices, as in `f 1 2 3`, on one line";
+            return Err(source.fault_here(thin_face(corners), help));
+        }
+        self.pass(b'f', source.words().skip(1));
+        Ok(())
+    }
+
+    /// Checks the vertex that a corner such as `7`, `7/1`, `7//2` or `-1/1/2` names.
+    fn corner(&mut self, source: &Source, word: &[u8]) -> Result<()> {
+        let named = vertex_of_corner(word)
+            .ok_or_else(|| unusable(source, word, "a corner of a face", CORNER))?;
+        let before = self.vertices as i64;
+        if named == 0 || named < -before {
             let message =
                 format!("vertex {named} is not there; {before} vertices stand before this line");
             let help = format!("number vertices from 1, or from -1 back to -{before} here");
             return Err(source.fault_here(message, help));
         }
-        let beyond = self.forward.last().map_or(0, |f| f.number).max(before as i64);
-        if named > beyond {
+        if named > self.forward.last().map_or(0, |f| f.number).max(before) {
             self.forward.push(Forward { number: named, line: source.line(), before });
         }
-        // What does not fit is beyond every count: it is refused at the end.
-        Ok(u32::try_from(index).unwrap_or(u32::MAX))
+        Ok(())
     }
 
     fn finish(self, source: &Source) -> Result<Mesh> {
-        let count = self.parts.positions.len();
-        if let Some(stray) = self.forward.iter().find(|f| f.number > count as i64) {
-            let message =
-                format!("vertex {} is not there; the file has {count} vertices", stray.number);
-            let help = format!(
-                "number vertices from 1 to {count}, or from -1 back to -{} here",
-                stray.before
-            );
-            return Err(source.fault_at(stray.line, message, help));
+        let count = self.vertices;
+        let stray = self.forward.iter().find(|f| f.number > count as i64);
+        if let Some(&Forward { number, line, before }) = stray {
+            let message = format!("vertex {number} is not there; the file has {count} vertices");
+            let help =
+                format!("number vertices from 1 to {count}, or from -1 back to -{before} here");
+            return Err(source.fault_at(line, message, help));
         }
-        if count == 0 && self.parts.triangles.is_empty() {
+        if count == 0 {
             return Err(source.fault("no vertices and no faces", ENOUGH));
         }
-        debug_assert!(count as u64 <= MOST_VERTICES);
-        self.parts.finish(source)
+        self.parts(source)?.finish(source)
     }
+
+    /// Has tobj parse the statements, all vertices in their order first: the fan of 1, 1, 1, 2, 3
+    /// and so on has a triangle for each.
+    fn parts(mut self, source: &Source) -> Result<Parts> {
+        let statements = std::mem::take(&mut self.text);
+        self.pass(b'f', [1, 1].into_iter().chain(1..=self.vertices).map(|v| v.to_string()));
+        let numbers = statements.split(|&byte| byte == b' ').count();
+        require_memory(source, numbers.saturating_mul(MAX_BYTES_PER_NUMBER))?;
+        let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
+        let mut text = self.text.chain(&statements[..]);
+        let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
+        let (models, _) = tobj::load_obj_buf(&mut text, &options, no_materials)
+            .map_err(|e| source.fault(e.to_string(), ENOUGH))?;
+        let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
+        let (positions, triangles) = (mesh.positions.as_chunks().0, mesh.indices.as_chunks().0);
+        Ok(Parts {
+            positions: positions.iter().map(|&p| DVec3::from_array(p)).collect(),
+            triangles: triangles.iter().skip(self.vertices).copied().collect(),
+        })
+    }
+}
+
+/// Rejects a file that needs more memory than is given: tobj does not ask.
+fn require_memory(source: &Source, bytes: usize) -> Result<()> {
+    let mut room = Vec::<u8>::new();
+    let given = room.try_reserve_exact(bytes);
+    // Otherwise the compiler may leave out what is not used.
+    std::hint::black_box(room);
+    given.map_err(|_| {
+        let message =
+            format!("parsing takes {} MB of memory, which are not free", bytes / 1_000_000);
+        source.fault(message, "export it as PLY, which takes the memory of the mesh alone")
+    })
 }
 
 /// Reads `7`, `7/1`, `7//2` or `7/1/2`: the first number.
 fn vertex_of_corner(word: &[u8]) -> Option<i64> {
     let mut numbers = word.split(|&b| b == b'/');
     let vertex = number(numbers.next()?)?;
-    let mut others = 0;
-    for other in numbers {
-        others += 1;
-        if others > 2 || !(other.is_empty() || number::<i64>(other).is_some()) {
-            return None;
-        }
-    }
-    Some(vertex)
+    let is_other = |other: &[u8]| other.is_empty() || number::<i64>(other).is_some();
+    (numbers.by_ref().take(2).all(is_other) && numbers.next().is_none()).then_some(vertex)
 }
 
-fn no_number(source: &Source, word: &[u8]) -> Error {
-    let message = || source.fault_here(format!("`{}` is not a number", shown(word)), VERTEX);
-    readable(source, word).err().unwrap_or_else(message)
-}
-
-/// Rejects what is no text.
-fn readable(source: &Source, word: &[u8]) -> Result<()> {
-    std::str::from_utf8(word).map(drop).map_err(|e| {
-        let help = "save the file as UTF-8 text; a binary file is not OBJ, whatever its name";
-        let message = format!("byte {:#04x} is not UTF-8 text", word[e.valid_up_to()]);
-        source.fault_here(message, help)
-    })
+/// Rejects a word that is not what was expected, or no text.
+fn unusable(source: &Source, word: &[u8], expected: &str, help: &str) -> Error {
+    let Err(error) = std::str::from_utf8(word) else {
+        return source.fault_here(format!("`{}` is not {expected}", shown(word)), help);
+    };
+    let help = "save the file as UTF-8 text; a binary file is not OBJ, whatever its name";
+    let message = format!("byte {:#04x} is not UTF-8 text", word[error.valid_up_to()]);
+    source.fault_here(message, help)
 }
 
 #[cfg(test)]
@@ -240,6 +275,10 @@ mod tests {
             ("f 1 2 /3", "`/3` is not a corner of a face"),
             ("f 1 2 3/a", "`3/a` is not a corner of a face"),
             ("f 1 2 3/1/1/1", "`3/1/1/1` is not a corner of a face"),
+            // As tobj would read otherwise.
+            ("f 1 2 3/1/1/", "`3/1/1/` is not a corner of a face"),
+            ("f 1 2\u{a0}3 1", "`2\u{a0}3` is not a corner of a face"),
+            ("v 0 0\u{a0}0 1", "`0\u{a0}0` is not a number"),
         ] {
             let found = with(line);
             assert!(found.starts_with(&format!("test.obj:5: {message}")), "{line}: {found}");
@@ -286,6 +325,22 @@ mod tests {
         assert_eq!(mesh.positions(), [DVec3::ZERO, DVec3::X, DVec3::Y]);
         let error = error_of("f 1 2 3\nf 2 4 5\nv 0 0 0\nv 1 0 0\nv 0 1 0\n");
         assert!(error.starts_with("test.obj:2: vertex 4 is not there; the file has 3"), "{error}");
+    }
+
+    #[test]
+    fn vertices_keep_their_order_whatever_uses_them_first() {
+        let mesh = read("v 9 0 0\nv 1 0 0\nf 5 3 2 4\nv 0 1 0\nv 0 0 1\nv 7 0 0\nf -1 -4 -2")
+            .expect("readable");
+        assert_eq!(mesh.positions(), [9. * DVec3::X, DVec3::X, DVec3::Y, DVec3::Z, 7. * DVec3::X]);
+        assert_eq!(mesh.triangles(), [[4, 2, 1], [4, 1, 3], [4, 1, 3]]);
+    }
+
+    #[test]
+    fn memory_that_is_not_there_is_refused() {
+        let source = Source::of_bytes(Path::new("test.obj"), b"");
+        assert!(require_memory(&source, 1000).is_ok());
+        let error = require_memory(&source, usize::MAX).unwrap_err().to_string();
+        assert!(error.contains("MB of memory, which are not free\n  help: "), "{error}");
     }
 
     proptest! {
