@@ -9,8 +9,6 @@ use harmolux::{Error, Result};
 
 use crate::common::say;
 
-/// The pixels of a PNG: twice the size of the SVG.
-const PIXELS: [u32; 2] = [1720, 1120];
 /// The size of a terminal that does not tell its own.
 const TERMINAL: [usize; 2] = [100, 30];
 
@@ -42,7 +40,7 @@ impl PlotFormat {
     pub(crate) fn write(self, figure: &Figure, output: Output) -> Result<()> {
         match self {
             Self::Svg => output.write(figure.to_svg()?.as_bytes()),
-            Self::Png => output.write(&figure.to_png(PIXELS[0], PIXELS[1])?),
+            Self::Png => output.write(&figure.to_png()?),
         }
     }
 }
