@@ -167,12 +167,12 @@ impl ColourScale {
         let is_level = |end: &f64| self.levels.iter().any(|v| self.place(*v) == self.place(*end));
         let ends = self.range().into_iter().filter(|end| !is_level(end));
         let ends = ends.map(|end| (end, ticks::short(end, DIGITS)));
-        ends.chain(self.levels.iter().copied().zip(self.level_texts())).collect()
+        ends.chain(self.numbered_levels()).collect()
     }
 
-    /// Writes the levels.
-    pub(super) fn level_texts(&self) -> Vec<String> {
-        ticks::texts(&self.levels, DIGITS)
+    /// Lists the levels and how they are written.
+    pub(super) fn numbered_levels(&self) -> impl Iterator<Item = (f64, String)> {
+        self.levels.iter().copied().zip(ticks::texts(&self.levels, DIGITS))
     }
 
     /// Returns the place of a value from 0, low, to 1, high, those outside at the ends; `None` when
@@ -300,7 +300,7 @@ mod tests {
         };
         assert_eq!(fitted(&four, &[]).levels(), [0.0, 2.5, 5.0, 7.5, 10.0]);
         let log = ScaleOptions { low: None, decades: Some(2.0), divisions: Some(2), ..four };
-        assert_eq!(fitted(&log, &[]).level_texts(), ["0.1", "1", "10"]);
+        assert!(fitted(&log, &[]).numbered_levels().map(|(_, t)| t).eq(["0.1", "1", "10"]));
     }
 
     #[test]

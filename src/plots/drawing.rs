@@ -1,5 +1,6 @@
 //! From a figure to a scene of kuva, and from that to SVG, PNG and text.
 
+use kuva::TickFormat;
 use kuva::backend::terminal::TerminalBackend;
 use kuva::plot::{
     LegendEntry, LegendPosition, LegendShape, LinePlot, LineStyle, MarkerShape, ScatterPlot,
@@ -7,11 +8,10 @@ use kuva::plot::{
 use kuva::prelude::Theme;
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
-use kuva::render::render::{Scene, render_multiple};
+use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 
-use crate::io::images::encode_png;
-use crate::plots::paper::{PIXELS, pixels, plain, svg};
-use crate::plots::ticks::{step_above, step_below};
+use crate::plots::paper::{Align, INK, Paper, plain};
+use crate::plots::ticks::{short, step_above, step_below};
 use crate::plots::{Curve, Figure, Scale, Style};
 use crate::{Error, Result};
 
@@ -28,13 +28,13 @@ const MARKERS: [MarkerShape; 5] = [
     MarkerShape::Cross,
 ];
 
-/// The size of an SVG, in its user units.
+/// The size of an SVG, in its user units, and the pixels of a PNG for one of them.
 const SVG_SIZE: [f64; 2] = [860.0, 560.0];
-/// The sizes of a terminal that can be drawn to, characters.
-const COLUMNS: std::ops::RangeInclusive<usize> = 40..=400;
-const ROWS: std::ops::RangeInclusive<usize> = 12..=200;
-/// The height of a character cell of a terminal over its width, and the unit of length.
+const SCALE: f64 = 2.0;
+/// The width and the height of a character cell of a terminal.
 const CELL: [f64; 2] = [10.0, 20.0];
+/// The rows of a terminal above the axes: the title is in the second, a label in the third.
+const HEAD: f64 = 3.0;
 /// A colour that is legible on black and on white.
 const ANY_GROUND: &str = "#888888";
 
@@ -44,26 +44,15 @@ impl Figure {
     /// # Errors
     /// [`Error::Parameter`] when no curve has a point that can be shown.
     pub fn to_svg(&self) -> Result<String> {
-        Ok(svg(&self.scene(SVG_SIZE, Medium::Paper)?))
+        Ok(Paper(self.scene(SVG_SIZE, Medium::Paper)?).svg(""))
     }
 
-    /// Draws it as PNG of so many pixels (white ground); twice as many pixels show the same plot
-    /// finer.
+    /// Draws it as PNG, two pixels for a unit of the SVG.
     ///
     /// # Errors
-    /// As [`Figure::to_svg`], and for a size outside 200 to 4096 pixels a side.
-    pub fn to_png(&self, width: u32, height: u32) -> Result<Vec<u8>> {
-        if !(PIXELS.contains(&width) && PIXELS.contains(&height)) {
-            return Err(Error::Parameter(format!(
-                "a plot of {width} x {height} pixels cannot be drawn; take {} to {} a side",
-                PIXELS.start(),
-                PIXELS.end()
-            )));
-        }
-        let scale = f64::from(width) / SVG_SIZE[0];
-        let scene = self.scene([width, height].map(|n| f64::from(n) / scale), Medium::Paper)?;
-        let drawn = pixels(&scene, scale, [width, height])?;
-        encode_png(width as usize, height as usize, drawn.as_raw())
+    /// As [`Figure::to_svg`]; [`Error::Numeric`] with the encoder's complaint.
+    pub fn to_png(&self) -> Result<Vec<u8>> {
+        Paper(self.scene(SVG_SIZE, Medium::Paper)?).png(SCALE)
     }
 
     /// Draws it with characters (Braille dots), so many columns and rows; without `coloured` no
@@ -73,11 +62,19 @@ impl Figure {
     /// As [`Figure::to_svg`]; sizes outside 40 to 400 columns and 12 to 200 rows are brought into
     /// that range.
     pub fn to_terminal(&self, columns: usize, rows: usize, coloured: bool) -> Result<String> {
-        let columns = columns.clamp(*COLUMNS.start(), *COLUMNS.end());
-        let rows = rows.clamp(*ROWS.start(), *ROWS.end());
+        let (columns, rows) = (columns.clamp(40, 400), rows.clamp(12, 200));
         let size = [columns as f64 * CELL[0], rows as f64 * CELL[1]];
-        let scene = self.scene(size, Medium::Terminal(rows))?;
-        let text = TerminalBackend::new(columns, rows).render_scene(&scene);
+        // kuva leaves room for numbers of its own font, narrower than these: they are counted.
+        let draft = self.scene(size, Medium::Terminal { rows, numbers: 0 })?;
+        let numbers = draft.elements.iter().filter_map(|element| match element {
+            Primitive::Text { anchor: TextAnchor::End, content, .. } => Some(content.len()),
+            _ => None,
+        });
+        let numbers = numbers.max().unwrap_or(0);
+        let mut paper = Paper(self.scene(size, Medium::Terminal { rows, numbers })?);
+        let above = (HEAD - 0.5) * CELL[1];
+        paper.text([0.0, above], Align::Left, CELL[0], INK, &self.axes[1].label);
+        let text = TerminalBackend::new(columns, rows).render_scene(&paper.0);
         let text = if coloured { text } else { without_escapes(&text) };
         Ok(text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n"))
     }
@@ -87,57 +84,52 @@ impl Figure {
         let plots: Vec<Plot> =
             shown.iter().enumerate().flat_map(|(i, c)| plots(c, i, medium)).collect();
         if plots.is_empty() {
+            let logarithmic = self.axes.iter().any(|axis| axis.scale == Scale::Logarithmic);
+            let where_so =
+                if logarithmic { " and positive where an axis is logarithmic" } else { "" };
             return Err(Error::Parameter(format!(
-                "{}: there is nothing to plot: no point is finite{}",
-                self.title,
-                if self.has_logarithms() {
-                    " and positive where an axis is logarithmic"
-                } else {
-                    ""
-                }
+                "{}: there is nothing to plot: no point is finite{where_so}",
+                self.title
             )));
         }
         let layout = Layout::auto_from_plots(&plots)
             .with_width(width)
             .with_height(height)
             .with_title(plain(&self.title))
-            .with_x_label(plain(&self.axes[0].label))
-            .with_y_label(plain(&self.axes[1].label));
-        let layout = self.with_ranges(layout, &shown);
-        let layout = with_legend(layout, &shown, medium);
-        Ok(render_multiple(plots, medium.dress(layout)))
-    }
-
-    fn has_logarithms(&self) -> bool {
-        self.axes.iter().any(|axis| axis.scale == Scale::Logarithmic)
+            .with_x_label(plain(&self.axes[0].label));
+        let layout = with_legend(self.with_ranges(layout, &shown), &shown, medium);
+        let layout = match medium {
+            Medium::Paper => layout
+                .with_y_label(plain(&self.axes[1].label))
+                .with_theme(Theme { grid_color: "#e3e3e3".into(), ..Theme::light() }),
+            Medium::Terminal { rows, numbers } => for_terminal(layout, rows, numbers),
+        };
+        Ok(render_multiple(plots, layout))
     }
 
     /// Leaves out the points that the axes cannot show.
     fn showable(&self, curve: &Curve) -> Curve {
-        let fits = |point: &[f64; 2]| {
-            point
-                .iter()
-                .zip(&self.axes)
-                .all(|(v, axis)| v.is_finite() && (axis.scale == Scale::Linear || *v > 0.0))
+        let fits = |(v, axis): (&f64, &crate::plots::Axis)| {
+            v.is_finite() && (axis.scale == Scale::Linear || *v > 0.0)
         };
-        let keep: Vec<bool> = curve.points.iter().map(fits).collect();
-        let errors = curve.errors.iter().zip(&curve.points).zip(&keep);
-        let errors =
-            errors.filter(|(_, keep)| **keep).map(|((e, p), _)| self.showable_error(*e, p[1]));
+        let shown = |i: &usize| curve.points[*i].iter().zip(&self.axes).all(fits);
+        let kept: Vec<usize> = (0..curve.points.len()).filter(shown).collect();
+        let error =
+            |i: &usize| Some(self.showable_error(*curve.errors.get(*i)?, curve.points[*i][1]));
         Curve {
-            points: curve.points.iter().zip(&keep).filter(|(_, k)| **k).map(|(p, _)| *p).collect(),
-            errors: errors.collect(),
+            points: kept.iter().map(|i| curve.points[*i]).collect(),
+            errors: kept.iter().filter_map(error).collect(),
             ..curve.clone()
         }
     }
 
     /// Keeps an error bar finite and, on a logarithmic axis, above zero.
-    fn showable_error(&self, [below, above]: [f64; 2], y: f64) -> [f64; 2] {
-        let finite = |e: f64| if e.is_finite() { e.max(0.0) } else { 0.0 };
+    fn showable_error(&self, ends: [f64; 2], y: f64) -> [f64; 2] {
+        let [below, above] = ends.map(|e| if e.is_finite() { e.max(0.0) } else { 0.0 });
         match self.axes[1].scale {
-            Scale::Linear => [finite(below), finite(above)],
+            Scale::Linear => [below, above],
             // A bar down to zero would be endless: it is drawn over one decade.
-            Scale::Logarithmic => [finite(below).min(0.9 * y), finite(above)],
+            Scale::Logarithmic => [below.min(0.9 * y), above],
         }
     }
 
@@ -149,17 +141,26 @@ impl Figure {
                 continue;
             }
             let values = shown.iter().flat_map(|curve| extent(curve, k));
-            let (low, high) =
-                values.fold((f64::MAX, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+            let ends = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
+            let (low, high) = values.fold((f64::MAX, 0.0), ends);
             let [low, high] = around(low, high);
+            // kuva measures the numbers of the range and draws those between the ends.
             layout = if k == 0 {
                 layout.with_log_x().with_x_axis_min(low).with_x_axis_max(high)
             } else {
+                layout.y_range = (low, high);
                 layout.with_log_y().with_y_axis_min(low).with_y_axis_max(high)
             };
+            let format = TickFormat::Custom(std::sync::Arc::new(power));
+            *(if k == 0 { &mut layout.x_tick_format } else { &mut layout.y_tick_format }) = format;
         }
         layout
     }
+}
+
+/// Writes a number of a logarithmic axis, never longer than kuva does.
+fn power(value: f64) -> String {
+    if value < 0.01 { format!("{value:.0e}") } else { short(value, 1) }
 }
 
 /// Lists what an axis must reach: the points of a curve and, upwards, the ends of its error bars.
@@ -170,105 +171,98 @@ fn extent(curve: &Curve, axis: usize) -> impl Iterator<Item = f64> {
 }
 
 /// Where a figure is drawn.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Medium {
     Paper,
-    /// With so many rows.
-    Terminal(usize),
+    /// Of so many rows, with room for numbers of so many characters.
+    Terminal {
+        rows: usize,
+        numbers: usize,
+    },
 }
 
 impl Medium {
-    fn dress(self, layout: Layout) -> Layout {
-        let Self::Terminal(rows) = self else {
-            return layout.with_theme(Theme { grid_color: "#e3e3e3".into(), ..Theme::light() });
-        };
-        let colour = || ANY_GROUND.to_owned();
-        layout
-            .with_theme(Theme {
-                axis_color: colour(),
-                tick_color: colour(),
-                text_color: colour(),
-                grid_color: colour(),
-                ..Theme::dark()
-            })
-            .with_show_grid(false)
-            .with_legend_box(false)
-            .with_term_rows(rows as u32)
-    }
-
     /// Returns the colour of a curve; black and near-black vanish on dark terminals.
     fn colour(self, curve: usize) -> &'static str {
-        let colour = COLOURS[curve % COLOURS.len()];
-        match self {
-            Self::Terminal(_) if colour == "#000000" => ANY_GROUND,
-            _ => colour,
+        match COLOURS[curve % COLOURS.len()] {
+            "#000000" if self != Self::Paper => ANY_GROUND,
+            colour => colour,
         }
     }
+}
+
+fn for_terminal(mut layout: Layout, rows: usize, numbers: usize) -> Layout {
+    // The numbers, then a tick and the axis.
+    layout.force_margin_left = Some((numbers as f64 + 1.4) * CELL[0]);
+    layout.force_margin_top = Some((HEAD + 0.25) * CELL[1]);
+    let colour = || ANY_GROUND.to_owned();
+    let theme = Theme {
+        axis_color: colour(),
+        tick_color: colour(),
+        text_color: colour(),
+        grid_color: colour(),
+        ..Theme::dark()
+    };
+    let layout = layout.with_theme(theme).with_show_grid(false).with_legend_box(false);
+    layout.with_term_rows(rows as u32)
 }
 
 /// Makes what kuva draws for one curve: a line, markers, or both.
 fn plots(curve: &Curve, number: usize, medium: Medium) -> Vec<Plot> {
+    let mut plots = Vec::new();
     if curve.points.is_empty() {
-        return Vec::new();
+        return plots;
     }
     let colour = medium.colour(number);
     let data = || curve.points.iter().map(|p| (p[0], p[1]));
-    let mut plots = Vec::new();
     if curve.style != Style::Points {
-        let mut line = LinePlot::new().with_data(data()).with_color(colour).with_stroke_width(1.8);
-        if is_broken(curve, number) {
-            line = line.with_line_style(LineStyle::Dashed);
-        }
-        plots.push(line.into());
+        let style = if is_broken(number) { LineStyle::Dashed } else { LineStyle::Solid };
+        let line = LinePlot::new().with_data(data()).with_color(colour).with_stroke_width(1.8);
+        plots.push(line.with_line_style(style).into());
     }
-    let with_markers = matches!(curve.style, Style::Both | Style::Points);
     // Braille dots are markers already; the terminal's own would hide the line.
-    let line_only = matches!(medium, Medium::Terminal(_))
-        && curve.style == Style::Both
-        && curve.errors.is_empty();
-    if with_markers && !line_only || !curve.errors.is_empty() {
-        let size = if with_markers { 4.0 } else { 0.0 };
-        let mut points = ScatterPlot::new()
-            .with_data(data())
-            .with_color(colour)
-            .with_size(size)
-            .with_marker(MARKERS[number % MARKERS.len()]);
-        if !curve.errors.is_empty() {
-            points = points.with_y_err_asymmetric(curve.errors.iter().map(|e| (e[0], e[1])));
-        }
-        plots.push(points.into());
+    let marked = match curve.style {
+        Style::Both => medium == Medium::Paper || !curve.errors.is_empty(),
+        Style::Line => false,
+        Style::Points => true,
+    };
+    if marked || !curve.errors.is_empty() {
+        let points = ScatterPlot::new().with_data(data()).with_color(colour);
+        let points = points.with_size(if marked { 4.0 } else { 0.0 });
+        let points = points.with_marker(MARKERS[number % MARKERS.len()]);
+        let errors = curve.errors.iter().map(|e| (e[0], e[1]));
+        plots.push(points.with_y_err_asymmetric(errors).into());
     }
     plots
 }
 
-/// Whether a curve has a broken line: by its style, or because the colours have all been used.
-fn is_broken(curve: &Curve, number: usize) -> bool {
-    curve.style == Style::Dashed || number >= COLOURS.len()
+/// Whether a curve has a broken line: the colours have all been used.
+fn is_broken(number: usize) -> bool {
+    number >= COLOURS.len()
 }
 
 fn with_legend(layout: Layout, shown: &[Curve], medium: Medium) -> Layout {
-    let drawn =
-        shown.iter().enumerate().filter(|(_, c)| !c.points.is_empty() && !c.name.is_empty());
+    let named = |(_, curve): &(usize, &Curve)| !curve.points.is_empty() && !curve.name.is_empty();
     let entry = |(i, curve): (usize, &Curve)| LegendEntry {
         label: plain(&curve.name),
         color: medium.colour(i).to_owned(),
-        shape: match (curve.style, medium) {
-            (Style::Both | Style::Points, Medium::Paper) => {
-                LegendShape::Marker(MARKERS[i % MARKERS.len()])
-            }
-            _ => LegendShape::Line,
+        shape: if curve.style == Style::Line || medium != Medium::Paper {
+            LegendShape::Line
+        } else {
+            LegendShape::Marker(MARKERS[i % MARKERS.len()])
         },
-        dasharray: is_broken(curve, i).then(|| "6 4".to_owned()),
+        dasharray: is_broken(i).then(|| "6 4".to_owned()),
     };
-    let entries: Vec<LegendEntry> = drawn.map(entry).collect();
+    let entries: Vec<LegendEntry> = shown.iter().enumerate().filter(named).map(entry).collect();
     let Some(longest) = entries.iter().map(|e| e.label.chars().count()).max() else {
         return layout;
     };
-    let layout = match medium {
+    let layout = layout.with_legend_position(LegendPosition::OutsideRightTop);
+    let layout = layout.with_legend_entries(entries);
+    match medium {
         Medium::Paper => layout,
-        Medium::Terminal(_) => layout.with_legend_width((longest + 5) as f64 * CELL[0]),
-    };
-    layout.with_legend_position(LegendPosition::OutsideRightTop).with_legend_entries(entries)
+        Medium::Terminal { .. } => layout.with_legend_width((longest + 5) as f64 * CELL[0]),
+    }
 }
 
 /// Returns the ends of a logarithmic axis: room for a marker around what it shows, or, where that
@@ -293,9 +287,28 @@ fn without_escapes(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plots::Axis;
 
     #[test]
     fn escapes_are_removed() {
         assert_eq!(without_escapes("a\x1b[38;2;1;2;3mb\x1b[0m c"), "ab c");
+    }
+
+    #[test]
+    fn numbers_and_labels_of_axes_stand_apart_and_are_whole() {
+        let points = vec![[1.0, 2e-5], [20.0, 5e-3]];
+        for (axis, numbers) in [
+            (Axis::logarithmic("power, m2"), &["2e-5", "1e-4", "5e-3"][..]),
+            (Axis::linear("power, m2"), &["0.001", "0.005"]),
+        ] {
+            let curve = Curve::new("", points.clone());
+            let figure = Figure::new("F", [Axis::linear("x"), axis], vec![curve]);
+            let text = figure.to_terminal(60, 30, false).expect("drawn");
+            for number in numbers {
+                let tick = format!("{number}\u{2576}");
+                assert!(text.lines().any(|line| line.trim_start().starts_with(&tick)), "{text}");
+            }
+            assert!(text.lines().any(|line| line == "power, m2"), "{text}");
+        }
     }
 }

@@ -6,10 +6,9 @@ use base64::engine::general_purpose::STANDARD;
 use image::RgbImage;
 
 use crate::io::images::{NOT_FINITE, encode_png};
-use crate::plots::isolines;
-use crate::plots::labels::{Placing, length};
+use crate::plots::labels::Placing;
 use crate::plots::legend::{Legend, Swatch, draw_isoline};
-use crate::plots::paper::{Area, BLACK, Paper, Rgb8, WHITE, plate_size, put};
+use crate::plots::paper::{Area, BLACK, Paper, Rgb8, WHITE, plate_size};
 use crate::plots::{ColourScale, Tally, ticks};
 use crate::{Error, Result};
 
@@ -23,8 +22,6 @@ const PLACES: usize = 4096;
 const SHORTEST: f64 = 10.0;
 /// The colour of pixels that show nothing.
 const NOTHING: Rgb8 = [128; 3];
-/// The name of the picture in the SVG.
-const PICTURE: &str = "picture";
 
 /// Holds the values of a picture and how they are shown.
 ///
@@ -126,11 +123,10 @@ impl FalseColour {
     pub fn to_png(&self) -> Result<Vec<u8>> {
         let layout = self.layout();
         let mut paper = self.drawn(&layout);
-        let mut picture = paper.pixels(1.0)?;
         // What is drawn over the picture is drawn on white and on black: their difference is what
         // shows through.
-        paper.on(BLACK);
-        let on_black = paper.pixels(1.0)?;
+        let mut picture = paper.pixels(1.0, WHITE)?;
+        let on_black = paper.pixels(1.0, BLACK)?;
         self.show_through(&mut picture, &on_black, &layout);
         let (width, height) = picture.dimensions();
         encode_png(width as usize, height as usize, picture.as_raw())
@@ -146,10 +142,10 @@ impl FalseColour {
         let png = STANDARD.encode(encode_png(self.width, self.height, &samples)?);
         let Area { x, y, width, height } = layout.picture;
         let element = format!(
-            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" \
-             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{png}\"/>"
+            "<g id=\"picture\"><image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" \
+             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{png}\"/></g>"
         );
-        Ok(put(&self.drawn(&layout).svg(), PICTURE, &element))
+        Ok(self.drawn(&layout).svg(&element))
     }
 
     fn layout(&self) -> Layout {
@@ -197,15 +193,23 @@ impl FalseColour {
         let height = picture.height.max(legend.least_height()).ceil();
         let width = (picture.right() + gap + legend.width() + font).ceil();
         let mut paper = Paper::new(width, height + 2.0 * font);
-        paper.place(PICTURE);
-        let mut placing =
-            Placing::new(picture, Vec::new(), 0.8 * picture.width.max(picture.height));
-        let extremes = self.extremes(&mut placing, layout);
+        let mut placing = Placing {
+            frame: picture,
+            soft: Vec::new(),
+            taken: Vec::new(),
+            reach: 0.8 * picture.width.max(picture.height),
+            shortest: SHORTEST * layout.zoom as f64,
+            font: (0.8 * font).round(),
+        };
+        let extremes = self.extremes(&mut placing, layout, &tally);
         if self.lines {
             self.draw_lines(&mut paper, &mut placing, layout);
         }
         for (at, middle, text) in extremes {
-            mark(&mut paper, at, font);
+            // A ring that is seen on every colour.
+            let width = (font / 9.0).max(1.5);
+            paper.ring(at, 0.4 * font + 0.5 * width, WHITE, width);
+            paper.ring(at, 0.4 * font - 0.5 * width, BLACK, width);
             paper.plate(middle, font, &text);
         }
         legend.draw(&mut paper, [picture.right() + gap, picture.y], height);
@@ -213,8 +217,8 @@ impl FalseColour {
     }
 
     fn legend(&self, font: f64, tally: &Tally) -> Legend<'_> {
-        let note = |count: usize, colour: Rgb8, text: &str| {
-            (count > 0).then(|| (Swatch::Colour(colour), text.to_owned()))
+        let note = |count: usize, colour: Rgb8, text: &'static str| {
+            (count > 0).then_some((Swatch::Colour(colour), text))
         };
         let nothing = note(self.nothing(), NOTHING, "nothing");
         let non_finite = note(tally.not_finite, NOT_FINITE, "not finite");
@@ -230,25 +234,14 @@ impl FalseColour {
     fn draw_lines(&self, paper: &mut Paper, placing: &mut Placing, layout: &Layout) {
         let evened: Vec<f64> = self.values.iter().map(|v| self.scale.evened(*v)).collect();
         let field = smoothed(self.width, &evened);
-        let font = (0.8 * layout.font).round();
         let thick = (layout.font / 14.0).max(1.0);
-        let mut labels = Vec::new();
-        for (level, text) in self.scale.levels().iter().zip(self.scale.level_texts()) {
-            let lines = isolines(self.width, &field, self.scale.evened(*level));
-            let lines: Vec<Vec<[f64; 2]>> = lines
-                .into_iter()
-                .map(|line| line.points)
-                .filter(|points| length(points) >= SHORTEST)
-                .map(|points| points.into_iter().map(|p| layout.place(p)).collect())
-                .collect();
-            for line in &lines {
-                draw_isoline(paper, line, thick);
-            }
-            let middles = placing.on(&lines, plate_size(&text, font));
-            labels.extend(middles.into_iter().map(|middle| (middle, text.clone())));
+        let (levels, place) = (self.scale.numbered_levels(), |p| layout.place(p));
+        let (lines, labels) = placing.isolines(&self.scale, levels, (self.width, &field), place);
+        for line in &lines {
+            draw_isoline(paper, line, thick);
         }
         for (middle, text) in labels {
-            paper.plate(middle, font, &text);
+            paper.plate(middle, placing.font, &text);
         }
     }
 
@@ -258,9 +251,9 @@ impl FalseColour {
         &self,
         placing: &mut Placing,
         layout: &Layout,
+        tally: &Tally,
     ) -> Vec<([f64; 2], [f64; 2], String)> {
         let Layout { font, picture, .. } = *layout;
-        let tally = self.tally();
         let found = [tally.largest, tally.least].into_iter().flatten().filter(|_| self.extremes);
         let mut extremes = Vec::new();
         for (place, value) in found {
@@ -272,19 +265,11 @@ impl FalseColour {
             let x = if right { at[0] + aside } else { at[0] - aside };
             let [top, bottom] = [picture.y + 0.5 * size[1], picture.bottom() - 0.5 * size[1]];
             let middle = [x, at[1].clamp(top, bottom.max(top))];
-            placing.take(Area::about(at, [font, font]));
-            placing.take(Area::about(middle, size));
+            placing.taken.extend([Area::about(at, [font, font]), Area::about(middle, size)]);
             extremes.push((at, middle, text));
         }
         extremes
     }
-}
-
-/// Draws a ring that is seen on every colour.
-fn mark(paper: &mut Paper, at: [f64; 2], font: f64) {
-    let width = (font / 9.0).max(1.5);
-    paper.ring(at, 0.4 * font + 0.5 * width, WHITE, width);
-    paper.ring(at, 0.4 * font - 0.5 * width, BLACK, width);
 }
 
 /// Where things are on the paper.

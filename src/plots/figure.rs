@@ -41,8 +41,6 @@ pub enum Style {
     Both,
     /// A line: many points, or a function.
     Line,
-    /// A broken line: a limit, a reference.
-    Dashed,
     /// Markers: measurements.
     Points,
 }

@@ -7,75 +7,58 @@
 
 use hashbrown::HashMap;
 
-/// A line along which a field has one value.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Isoline {
-    /// Its points in order, in units of the grid: node (column, row) is at [column, row].
-    pub points: Vec<[f64; 2]>,
-    /// Whether it ends where it begins; the first point then stands at the end again.
-    pub closed: bool,
-}
+/// Points in order, the first once more at the end of a closed line.
+pub(super) type Line = Vec<[f64; 2]>;
 
-/// Finds the isolines of a level in `values`, row by row, of a grid of `columns` nodes a row; a
-/// last row that is not whole is passed over.
-pub fn isolines(columns: usize, values: &[f64], level: f64) -> Vec<Isoline> {
-    let field = Field { columns, rows: values.len().checked_div(columns).unwrap_or(0), values };
-    let segments = field.segments(level);
-    let mut ends: HashMap<Edge, [Option<usize>; 2]> = HashMap::with_capacity(segments.len());
-    for (number, segment) in segments.iter().enumerate() {
-        for edge in segment {
-            let [first, second] = ends.entry(*edge).or_default();
-            *(if first.is_none() { first } else { second }) = Some(number);
+/// An edge of the grid: twice the node where it begins, and 1 more if it ends in the next row.
+type Edge = usize;
+
+/// Finds the isolines of a level in `values`, row by row, of a grid of `columns` nodes a row, in
+/// units of the grid: node (column, row) is at [column, row]. A last row that is not whole is
+/// passed over.
+pub(super) fn isolines(columns: usize, values: &[f64], level: f64) -> Vec<Line> {
+    let segments = segments(columns, values, level);
+    let mut links: HashMap<Edge, [Option<Edge>; 2]> = HashMap::with_capacity(segments.len());
+    for [a, b] in &segments {
+        for (from, to) in [(a, b), (b, a)] {
+            let [first, second] = links.entry(*from).or_default();
+            *(if first.is_none() { first } else { second }) = Some(*to);
         }
     }
-    let mut trace = Trace { segments: &segments, ends: &ends, used: vec![false; segments.len()] };
-    let is_end = |edge: &Edge| ends.get(edge).is_some_and(|[_, second]| second.is_none());
-    let open = segments.iter().enumerate();
-    let open = open.flat_map(|(n, s)| s.iter().filter(|e| is_end(e)).map(move |e| (n, *e)));
-    let loops = segments.iter().enumerate().map(|(n, s)| (n, s[0]));
-    let chains = open.chain(loops).filter_map(|(n, edge)| trace.follow(n, edge));
-    chains.map(|edges| field.line(&edges, level)).collect()
+    let is_end = |edge: &&Edge| links.get(*edge).is_some_and(|[_, second]| second.is_none());
+    let ends: Vec<Edge> = segments.iter().flatten().filter(is_end).copied().collect();
+    let starts = ends.into_iter().chain(segments.iter().map(|segment| segment[0]));
+    let chains = starts.map(|start| follow(start, &mut links)).filter(|edges| edges.len() > 1);
+    let crossing = |edge| crossing(columns, values, edge, level);
+    chains.map(|edges| edges.into_iter().map(crossing).collect()).collect()
 }
 
-/// An edge of the grid: from the node of this number to the next in its row, or to the one under it
-/// in the next row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Edge {
-    node: usize,
-    to_next_row: bool,
-}
-
-struct Field<'a> {
-    columns: usize,
-    rows: usize,
-    values: &'a [f64],
-}
-
-impl Field<'_> {
-    /// Lists the pieces of lines in all cells, by the edges they join.
-    fn segments(&self, level: f64) -> Vec<[Edge; 2]> {
-        let mut segments = Vec::new();
-        for row in 1..self.rows {
-            for column in 1..self.columns {
-                self.cell((row - 1) * self.columns + column - 1, level, &mut segments);
-            }
-        }
-        segments
+/// Takes the line that begins at an edge out of the links.
+fn follow(start: Edge, links: &mut HashMap<Edge, [Option<Edge>; 2]>) -> Vec<Edge> {
+    let mut edges = vec![start];
+    let mut here = start;
+    while let Some(next) = links.get_mut(&here).and_then(|l| l.iter_mut().find_map(Option::take)) {
+        let back = links.get_mut(&next).into_iter().flatten().find(|link| **link == Some(here));
+        back.map(Option::take);
+        edges.push(next);
+        here = next;
     }
+    edges
+}
 
-    /// Adds the pieces in the cell whose first corner is this node.
-    fn cell(&self, node: usize, level: f64, segments: &mut Vec<[Edge; 2]>) {
-        let below = node + self.columns;
-        // Around the cell: this corner, the next in its row, the one under that, the one under
-        // this.
-        let corners = [node, node + 1, below + 1, below].map(|n| self.values[n]);
+/// Lists the pieces of lines in all cells, by the edges they join.
+fn segments(columns: usize, values: &[f64], level: f64) -> Vec<[Edge; 2]> {
+    let rows = values.len().checked_div(columns).unwrap_or(0);
+    let mut segments = Vec::new();
+    let cells = (1..rows).flat_map(|row| (1..columns).map(move |c| (row - 1) * columns + c - 1));
+    for node in cells {
+        let below = node + columns;
+        // Around the cell; edge k follows corner k.
+        let corners = [node, node + 1, below + 1, below].map(|n| values[n]);
+        let edges = [2 * node, 2 * node + 3, 2 * below, 2 * node + 1];
         if !corners.iter().all(|v| v.is_finite()) {
-            return;
+            continue;
         }
-        let across = |node| Edge { node, to_next_row: false };
-        let down = |node| Edge { node, to_next_row: true };
-        // Edge k follows corner k.
-        let edges = [across(node), down(node + 1), across(below), down(node)];
         let above = corners.map(|v| v >= level);
         let crossed: Vec<usize> = (0..4).filter(|k| above[*k] != above[(k + 1) % 4]).collect();
         match crossed[..] {
@@ -91,76 +74,48 @@ impl Field<'_> {
             _ => {}
         }
     }
-
-    fn line(&self, edges: &[Edge], level: f64) -> Isoline {
-        let points = edges.iter().map(|edge| self.crossing(*edge, level)).collect();
-        Isoline { points, closed: edges.len() > 2 && edges.first() == edges.last() }
-    }
-
-    /// Returns where an edge has the level.
-    fn crossing(&self, Edge { node, to_next_row }: Edge, level: f64) -> [f64; 2] {
-        let next = if to_next_row { node + self.columns } else { node + 1 };
-        let (from, to) = (self.values[node], self.values[next]);
-        let share = (level - from) / (to - from);
-        // Differences of the largest numbers overflow.
-        let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.5 };
-        let [x, y] = [node % self.columns, node / self.columns].map(|n| n as f64);
-        if to_next_row { [x, y + share] } else { [x + share, y] }
-    }
+    segments
 }
 
-/// Joins pieces to lines.
-struct Trace<'a> {
-    segments: &'a [[Edge; 2]],
-    ends: &'a HashMap<Edge, [Option<usize>; 2]>,
-    used: Vec<bool>,
-}
-
-impl Trace<'_> {
-    /// Follows a line from one of its edges, through a piece that touches it; `None` when that has
-    /// been followed.
-    fn follow(&mut self, segment: usize, from: Edge) -> Option<Vec<Edge>> {
-        if self.used[segment] {
-            return None;
-        }
-        let mut edges = vec![from];
-        let (mut edge, mut next) = (from, Some(segment));
-        while let Some(segment) = next {
-            self.used[segment] = true;
-            let [a, b] = self.segments[segment];
-            edge = if a == edge { b } else { a };
-            edges.push(edge);
-            let here = self.ends.get(&edge).copied().unwrap_or_default();
-            next = here.into_iter().flatten().find(|s| !self.used[*s]);
-        }
-        Some(edges)
-    }
+/// Returns where an edge has the level.
+fn crossing(columns: usize, values: &[f64], edge: Edge, level: f64) -> [f64; 2] {
+    let (node, to_next_row) = (edge / 2, edge % 2 == 1);
+    let (from, to) = (values[node], values[node + if to_next_row { columns } else { 1 }]);
+    let share = (level - from) / (to - from);
+    // Differences of the largest numbers overflow.
+    let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.5 };
+    let [x, y] = [node % columns, node / columns].map(|n| n as f64);
+    if to_next_row { [x, y + share] } else { [x + share, y] }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn is_closed(line: &Line) -> bool {
+        line.len() > 2 && line.first() == line.last()
+    }
+
     #[test]
     fn degenerate_grids_have_no_lines() {
         for (columns, values) in
             [(0, vec![]), (1, vec![0.0, 1.0]), (3, vec![0.0, 1.0, 2.0]), (2, vec![1.0; 4])]
         {
-            assert_eq!(isolines(columns, &values, 0.5), [], "{columns} {values:?}");
+            assert!(isolines(columns, &values, 0.5).is_empty(), "{columns} {values:?}");
         }
-        assert_eq!(isolines(2, &[0.0, 1.0, f64::NAN, 1.0], 0.5), []);
-        assert_eq!(isolines(2, &[0.0, 1.0, f64::INFINITY, 1.0], 0.5), []);
-        assert_eq!(isolines(2, &[0.0, 1.0, 0.0, 1.0], f64::NAN), []);
+        assert!(isolines(2, &[0.0, 1.0, f64::NAN, 1.0], 0.5).is_empty());
+        assert!(isolines(2, &[0.0, 1.0, f64::INFINITY, 1.0], 0.5).is_empty());
+        assert!(isolines(2, &[0.0, 1.0, 0.0, 1.0], f64::NAN).is_empty());
     }
 
     #[test]
     fn straight_line_crosses_where_the_field_has_the_level() {
         let lines = isolines(3, &[0.0, 1.0, 2.0, 0.0, 1.0, 2.0], 0.25);
-        assert_eq!(lines, [Isoline { points: vec![[0.25, 0.0], [0.25, 1.0]], closed: false }]);
+        assert_eq!(lines, [[[0.25, 0.0], [0.25, 1.0]]]);
         // A level that is met exactly at the nodes gives one line as well.
         assert_eq!(isolines(3, &[0.0, 1.0, 2.0, 0.0, 1.0, 2.0], 1.0).len(), 1);
         let huge = isolines(2, &[-1e308, 1e308, -1e308, 1e308], 0.0);
-        assert!(huge[0].points.iter().flatten().all(|x| x.is_finite()));
+        assert!(huge[0].iter().flatten().all(|x| x.is_finite()));
     }
 
     #[test]
@@ -169,9 +124,8 @@ mod tests {
         values[12] = 1.0;
         let lines = isolines(5, &values, 0.5);
         assert_eq!(lines.len(), 1);
-        assert!(lines[0].closed && lines[0].points.len() == 5);
-        assert_eq!(lines[0].points.first(), lines[0].points.last());
-        assert!(lines[0].points.contains(&[1.5, 2.0]) && lines[0].points.contains(&[2.0, 2.5]));
+        assert!(is_closed(&lines[0]) && lines[0].len() == 5);
+        assert!(lines[0].contains(&[1.5, 2.0]) && lines[0].contains(&[2.0, 2.5]));
     }
 
     #[test]
@@ -190,9 +144,7 @@ mod tests {
             // A line that cuts off node [0, 0] joins its two edges.
             let near = |p: &[f64; 2]| p[0] == 0.0 || p[1] == 0.0;
             let cut = lines.iter().any(|l| {
-                l.points.iter().all(near)
-                    && l.points.iter().any(|p| p[0] == 0.0)
-                    && l.points.iter().any(|p| p[1] == 0.0)
+                l.iter().all(near) && l.iter().any(|p| p[0] == 0.0) && l.iter().any(|p| p[1] == 0.0)
             });
             assert_eq!(cut, cuts_first, "{values:?} {level}: {lines:?}");
         }
@@ -206,12 +158,12 @@ mod tests {
         let lines = isolines(n, &values, 12.0);
         assert_eq!(lines.len(), 1);
         // Linear interpolation of a distance over a cell is off by at most 1/(8 r).
-        for [x, y] in &lines[0].points {
+        for [x, y] in &lines[0] {
             assert!(((x - 20.0).hypot(y - 20.0) - 12.0).abs() <= 1.0 / 96.0);
         }
         // Cut by the border there are four open ones.
         let open = isolines(n, &values, 24.0);
-        assert!(open.len() == 4 && open.iter().all(|l| !l.closed));
+        assert!(open.len() == 4 && !open.iter().any(is_closed));
     }
 
     #[test]
@@ -222,7 +174,7 @@ mod tests {
         let across = (0..600).filter(|i| i % 30 < 29 && crossed(*i, i + 1)).count();
         let down = (0..570).filter(|i| crossed(*i, i + 30)).count();
         let lines = isolines(30, &values, level);
-        let points: usize = lines.iter().map(|l| l.points.len() - usize::from(l.closed)).sum();
+        let points: usize = lines.iter().map(|l| l.len() - usize::from(is_closed(l))).sum();
         assert_eq!(points, across + down);
     }
 }

@@ -1,37 +1,58 @@
-//! Where the numbers of isolines stand: on their line, apart from each other and, where that is
-//! possible, from what else is written.
+//! Isolines on the paper, and where their numbers stand: on their line, apart from each other and,
+//! where that is possible, from what else is written.
 
-use crate::plots::paper::Area;
+use crate::plots::ColourScale;
+use crate::plots::isolines::{Line, isolines};
+use crate::plots::paper::{Area, plate_size};
 
 /// The share of a label that may lie over something else.
 const HIDDEN: f64 = 0.3;
 
+/// The middle of a plate and what it says.
+pub(super) type Label = ([f64; 2], String);
+
 /// Places labels one after the other.
 pub(super) struct Placing {
     /// Where labels may be.
-    frame: Area,
+    pub(super) frame: Area,
     /// What labels should leave free.
-    soft: Vec<Area>,
+    pub(super) soft: Vec<Area>,
     /// What has been placed.
-    taken: Vec<Area>,
+    pub(super) taken: Vec<Area>,
     /// The length of line for which one label is enough.
-    reach: f64,
+    pub(super) reach: f64,
+    /// The length below which a line is not drawn.
+    pub(super) shortest: f64,
+    /// The size of the numbers.
+    pub(super) font: f64,
 }
 
 impl Placing {
-    pub(super) fn new(frame: Area, soft: Vec<Area>, reach: f64) -> Self {
-        Self { frame, soft, taken: Vec::new(), reach }
-    }
-
-    /// Keeps an area free of what comes.
-    pub(super) fn take(&mut self, area: Area) {
-        self.taken.push(area);
+    /// Returns the isolines of a field, row by row of so many columns and even on the scale, at
+    /// these levels, by the place on the paper of a place in the field; and their labels.
+    pub(super) fn isolines(
+        &mut self,
+        scale: &ColourScale,
+        levels: impl Iterator<Item = (f64, String)>,
+        (columns, field): (usize, &[f64]),
+        place: impl Fn([f64; 2]) -> [f64; 2],
+    ) -> (Vec<Line>, Vec<Label>) {
+        let (mut all, mut labels) = (Vec::new(), Vec::new());
+        for (level, text) in levels {
+            let lines = isolines(columns, field, scale.evened(level)).into_iter();
+            let lines = lines.map(|line| line.into_iter().map(&place).collect::<Line>());
+            let lines: Vec<Line> = lines.filter(|line| length(line) >= self.shortest).collect();
+            let middles = self.on(&lines, plate_size(&text, self.font));
+            labels.extend(middles.into_iter().map(|middle| (middle, text.clone())));
+            all.extend(lines);
+        }
+        (all, labels)
     }
 
     /// Finds the middles of labels of this size on the lines of one level: one or more on each that
     /// is long enough, at least one in all if there is room.
-    pub(super) fn on(&mut self, lines: &[Vec<[f64; 2]>], size: [f64; 2]) -> Vec<[f64; 2]> {
-        let mut order: Vec<&Vec<[f64; 2]>> = lines.iter().collect();
+    fn on(&mut self, lines: &[Line], size: [f64; 2]) -> Vec<[f64; 2]> {
+        let mut order: Vec<&Line> = lines.iter().collect();
         order.sort_by(|a, b| length(b).total_cmp(&length(a)));
         let mut middles = Vec::new();
         for line in order {
@@ -41,9 +62,8 @@ impl Placing {
             }
             let parts = 1 + (long / self.reach) as usize;
             for part in 0..parts {
-                let [from, to] = [part, part + 1].map(|k| long * k as f64 / parts as f64);
-                let strict = !middles.is_empty();
-                middles.extend(self.best(line, [from, to], size, strict));
+                let ends = [part, part + 1].map(|k| long * k as f64 / parts as f64);
+                middles.extend(self.best(line, ends, size, !middles.is_empty()));
             }
         }
         middles
@@ -66,12 +86,8 @@ impl Placing {
             let free = self.taken.iter().all(|other| room.overlap(other) == 0.0);
             let hidden: f64 = self.soft.iter().map(|other| area.overlap(other)).sum();
             let hidden = hidden / (size[0] * size[1]);
-            let allowed = !strict || hidden <= HIDDEN;
-            (free && allowed && self.frame.holds(&area)).then_some((
-                hidden + 0.2 * (share - 0.5).abs(),
-                area,
-                middle,
-            ))
+            let allowed = self.frame.holds(&area) && (!strict || hidden <= HIDDEN);
+            (free && allowed).then_some((hidden + 0.2 * (share - 0.5).abs(), area, middle))
         });
         let (_, area, middle) = candidates.min_by(|a, b| a.0.total_cmp(&b.0))?;
         self.taken.push(area);
@@ -79,7 +95,7 @@ impl Placing {
     }
 }
 
-pub(super) fn length(line: &[[f64; 2]]) -> f64 {
+fn length(line: &[[f64; 2]]) -> f64 {
     line.windows(2).map(|pair| apart(pair[0], pair[1])).sum()
 }
 
@@ -107,7 +123,7 @@ mod tests {
 
     fn placing(soft: Vec<Area>) -> Placing {
         let frame = Area { x: 0.0, y: 0.0, width: 400.0, height: 100.0 };
-        Placing::new(frame, soft, 300.0)
+        Placing { frame, soft, taken: Vec::new(), reach: 300.0, shortest: 0.0, font: 10.0 }
     }
 
     #[test]
@@ -137,7 +153,7 @@ mod tests {
             let [a, b] = [*a, *b].map(|p| Area::about(p, [30.0, 12.0]));
             assert_eq!(a.overlap(&b), 0.0);
         }
-        placing.take(Area { x: 0.0, y: 0.0, width: 400.0, height: 100.0 });
+        placing.taken.push(placing.frame);
         assert!(placing.on(&line(20.0), [30.0, 12.0]).is_empty());
     }
 }

@@ -24,11 +24,9 @@ mod ticks;
 pub use colour_scale::{ColourScale, MOST_DECADES, ScaleOptions};
 pub use false_colour::FalseColour;
 pub use figure::{Axis, Curve, Figure, Scale, Style};
-pub use isolines::{Isoline, isolines};
 pub use isolux::Isolux;
 pub use lattice::Lattice;
 pub use palette::Palette;
-pub use refinement::refined;
 pub use tally::Tally;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! White paper to draw on with a scene of kuva, and how such scenes become SVG and pixels.
+//! White paper to draw on: a scene of kuva, and how it becomes SVG and pixels.
 
 use image::RgbImage;
 use image::imageops::FilterType;
@@ -7,11 +7,10 @@ use kuva::backend::svg::SvgBackend;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
+use crate::io::images::encode_png;
 use crate::io::output::SOFTWARE;
 use crate::{Error, Result};
 
-/// The sizes of a picture that can be made, pixels a side.
-pub(super) const PIXELS: std::ops::RangeInclusive<u32> = 200..=4096;
 /// Pictures are drawn this many times finer and averaged, as far as memory allows: kuva smears text
 /// that runs upwards over a pixel.
 const FINER: u32 = 3;
@@ -30,29 +29,6 @@ pub(super) const INK: Rgb8 = [0x22; 3];
 /// The colour of axes and frames.
 pub(super) const FRAME: Rgb8 = [0x66; 3];
 
-/// Writes a scene as SVG that names this program.
-pub(super) fn svg(scene: &Scene) -> String {
-    let svg = SvgBackend::new().render_scene(scene);
-    match svg.split_once('>') {
-        // Output knows our files by their name within the first KiB.
-        Some((start, rest)) => format!("{start}><!-- {SOFTWARE} -->{rest}"),
-        None => svg,
-    }
-}
-
-/// Draws a scene, `scale` pixels a unit, into a picture of this size.
-pub(super) fn pixels(scene: &Scene, scale: f64, [width, height]: [u32; 2]) -> Result<RgbImage> {
-    let finer = (FINEST / width.max(height).max(1)).clamp(1, FINER);
-    let backend = PngBackend::new().with_scale(scale as f32 * finer as f32);
-    let drawn = backend.render_scene(scene).map_err(|e| failed(&e))?;
-    let fine = image::load_from_memory(&drawn).map_err(|e| failed(&e))?.into_rgb8();
-    Ok(image::imageops::resize(&fine, width, height, FilterType::Triangle))
-}
-
-pub(super) fn failed(what: &dyn std::fmt::Display) -> Error {
-    Error::Numeric(format!("the plot cannot be drawn: {what}"))
-}
-
 /// Keeps kuva from reading formulas between dollar signs.
 pub(super) fn plain(text: &str) -> String {
     text.replace('$', "\\$")
@@ -70,6 +46,11 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
         _ => 0.8,
     };
     size * text.chars().map(advance).sum::<f64>()
+}
+
+/// Returns the size of a plate.
+pub(super) fn plate_size(text: &str, size: f64) -> [f64; 2] {
+    [text_width(text, size) + 0.5 * size, 1.2 * size]
 }
 
 /// A rectangle of the paper: left, top, width and height.
@@ -102,17 +83,10 @@ impl Area {
         width.max(0.0) * height.max(0.0)
     }
 
-    /// Whether a point lies within.
-    pub(super) fn contains(&self, [x, y]: [f64; 2]) -> bool {
-        (self.x..=self.right()).contains(&x) && (self.y..=self.bottom()).contains(&y)
-    }
-
     /// Whether another lies within.
     pub(super) fn holds(&self, other: &Self) -> bool {
-        other.x >= self.x
-            && other.y >= self.y
-            && other.right() <= self.right()
-            && other.bottom() <= self.bottom()
+        let starts = other.x >= self.x && other.y >= self.y;
+        starts && other.right() <= self.right() && other.bottom() <= self.bottom()
     }
 }
 
@@ -127,87 +101,71 @@ pub(super) enum Align {
 }
 
 /// Collects what is drawn, the first under the rest.
-pub(super) struct Paper {
-    scene: Scene,
-}
+pub(super) struct Paper(pub(super) Scene);
 
 impl Paper {
     pub(super) fn new(width: f64, height: f64) -> Self {
         let mut scene = Scene::new(width, height);
         scene.font_family = Some(FONT.to_owned());
-        Self { scene }
+        Self(scene)
     }
 
-    /// Returns the size of a picture of so many pixels a unit.
-    pub(super) fn size(&self, scale: f64) -> [u32; 2] {
-        [self.scene.width, self.scene.height].map(|n| (n * scale).round().max(1.0) as u32)
+    /// Draws it, `scale` pixels a unit, on a ground.
+    pub(super) fn pixels(&mut self, scale: f64, [r, g, b]: Rgb8) -> Result<RgbImage> {
+        let failed =
+            |e: &dyn std::fmt::Display| Error::Numeric(format!("the plot cannot be drawn: {e}"));
+        let size = [self.0.width, self.0.height];
+        let [width, height] = size.map(|n| (n * scale).round().max(1.0) as u32);
+        let finer = (FINEST / width.max(height)).clamp(1, FINER);
+        self.0.background_color = Some(format!("#{r:02x}{g:02x}{b:02x}"));
+        let backend = PngBackend::new().with_scale(scale as f32 * finer as f32);
+        let drawn = backend.render_scene(&self.0).map_err(|e| failed(&e))?;
+        let fine = image::load_from_memory(&drawn).map_err(|e| failed(&e))?.into_rgb8();
+        Ok(image::imageops::resize(&fine, width, height, FilterType::Triangle))
     }
 
-    /// Changes the ground.
-    pub(super) fn on(&mut self, ground: Rgb8) {
-        self.scene.background_color = Some(hex(ground));
+    /// Draws it on white as PNG.
+    pub(super) fn png(mut self, scale: f64) -> Result<Vec<u8>> {
+        let image = self.pixels(scale, WHITE)?;
+        encode_png(image.width() as usize, image.height() as usize, image.as_raw())
     }
 
-    pub(super) fn pixels(&self, scale: f64) -> Result<RgbImage> {
-        pixels(&self.scene, scale, self.size(scale))
-    }
-
-    pub(super) fn svg(&self) -> String {
-        svg(&self.scene)
-    }
-
-    /// Keeps a place among what is drawn that [`mark`] finds in the SVG.
-    pub(super) fn place(&mut self, name: &str) {
-        let extra_attrs = Some(format!("id=\"{name}\""));
-        self.scene.add(Primitive::GroupStart { transform: None, title: None, extra_attrs });
-        self.scene.add(Primitive::GroupEnd);
+    /// Writes it as SVG that names this program, with further elements under all that is drawn.
+    pub(super) fn svg(&self, under: &str) -> String {
+        let svg = SvgBackend::new().render_scene(&self.0);
+        // Output knows our files by their name within the first KiB.
+        let svg = svg.replacen('>', &format!("><!-- {SOFTWARE} -->"), 1);
+        // The first element that is empty is the ground.
+        svg.replacen("/>", &format!("/>{under}"), 1)
     }
 
     pub(super) fn fill(&mut self, area: Area, fill: Rgb8, opacity: Option<f64>) {
         let Area { x, y, width, height } = area;
-        self.scene.add(Primitive::Rect {
-            x,
-            y,
-            width,
-            height,
-            fill: colour(fill),
-            stroke: None,
-            stroke_width: None,
-            opacity,
-        });
+        let (fill, stroke, stroke_width) = (colour(fill), None, None);
+        self.0.add(Primitive::Rect { x, y, width, height, fill, stroke, stroke_width, opacity });
     }
 
     pub(super) fn frame(&mut self, area: Area, stroke: Rgb8, width: f64) {
         let Area { x, y, .. } = area;
         let (right, bottom) = (area.right(), area.bottom());
-        let corners = vec![[x, y], [right, y], [right, bottom], [x, bottom], [x, y]];
-        self.polyline(corners, stroke, width);
+        self.polyline(&[[x, y], [right, y], [right, bottom], [x, bottom], [x, y]], stroke, width);
     }
 
-    pub(super) fn polyline(&mut self, points: Vec<[f64; 2]>, stroke: Rgb8, stroke_width: f64) {
-        self.scene.add(Primitive::PolyLine {
-            points: points.into_iter().map(<(f64, f64)>::from).collect(),
-            stroke: colour(stroke),
-            stroke_width,
-            stroke_dasharray: None,
-        });
+    pub(super) fn polyline(&mut self, points: &[[f64; 2]], stroke: Rgb8, stroke_width: f64) {
+        let points = points.iter().copied().map(<(f64, f64)>::from).collect();
+        let (stroke, stroke_dasharray) = (colour(stroke), None);
+        self.0.add(Primitive::PolyLine { points, stroke, stroke_width, stroke_dasharray });
     }
 
     pub(super) fn ring(&mut self, [cx, cy]: [f64; 2], r: f64, stroke: Rgb8, width: f64) {
-        self.scene.add(Primitive::Circle {
-            cx,
-            cy,
-            r,
-            fill: Color::None,
-            fill_opacity: None,
-            stroke: Some(colour(stroke)),
-            stroke_width: Some(width),
-        });
+        let (fill, fill_opacity) = (Color::None, None);
+        let (stroke, stroke_width) = (Some(colour(stroke)), Some(width));
+        self.0.add(Primitive::Circle { cx, cy, r, fill, fill_opacity, stroke, stroke_width });
     }
 
     pub(super) fn polygon(&mut self, points: &[[f64; 2]], fill: Rgb8) {
         let places: Vec<String> = points.iter().map(|[x, y]| format!("{x:.2} {y:.2}")).collect();
-        self.scene.add(Primitive::Path(Box::new(PathData {
+        self.0.add(Primitive::Path(Box::new(PathData {
             d: format!("M {} Z", places.join(" L ")),
             fill: Some(colour(fill)),
             stroke: Color::None,
@@ -218,26 +176,19 @@ impl Paper {
     }
 
     /// Writes a text; capitals and digits have `at` in the middle of their height.
-    pub(super) fn text(
-        &mut self,
-        [x, y]: [f64; 2],
-        align: Align,
-        size: f64,
-        ink: Rgb8,
-        text: &str,
-    ) {
+    pub(super) fn text(&mut self, at: [f64; 2], align: Align, size: f64, ink: Rgb8, text: &str) {
         let size = size.round().max(1.0);
         // Capitals of DejaVu Sans are 0.73 high.
         let half = 0.365 * size;
-        let (anchor, rotate, [x, y]) = match align {
-            Align::Left => (TextAnchor::Start, None, [x, y + half]),
-            Align::Middle => (TextAnchor::Middle, None, [x, y + half]),
-            Align::Right => (TextAnchor::End, None, [x, y + half]),
-            Align::Upwards => (TextAnchor::Middle, Some(-90.0), [x + half, y]),
+        let (anchor, rotate, [right, down]) = match align {
+            Align::Left => (TextAnchor::Start, None, [0.0, half]),
+            Align::Middle => (TextAnchor::Middle, None, [0.0, half]),
+            Align::Right => (TextAnchor::End, None, [0.0, half]),
+            Align::Upwards => (TextAnchor::Middle, Some(-90.0), [half, 0.0]),
         };
-        self.scene.add(Primitive::Text {
-            x,
-            y,
+        self.0.add(Primitive::Text {
+            x: at[0] + right,
+            y: at[1] + down,
             content: plain(text),
             size: size as u32,
             anchor,
@@ -249,29 +200,13 @@ impl Paper {
 
     /// Writes a text on a light plate.
     pub(super) fn plate(&mut self, at: [f64; 2], size: f64, text: &str) {
-        let area = Area::about(at, plate_size(text, size));
-        self.fill(area, WHITE, Some(0.85));
+        self.fill(Area::about(at, plate_size(text, size)), WHITE, Some(0.85));
         self.text(at, Align::Middle, size, BLACK, text);
     }
 }
 
-/// Returns the size of a plate.
-pub(super) fn plate_size(text: &str, size: f64) -> [f64; 2] {
-    [text_width(text, size) + 0.5 * size, 1.2 * size]
-}
-
-/// Puts SVG elements where [`Paper::place`] kept a place.
-pub(super) fn put(svg: &str, name: &str, elements: &str) -> String {
-    let place = format!("<g id=\"{name}\">");
-    svg.replacen(&place, &format!("{place}{elements}"), 1)
-}
-
 fn colour([r, g, b]: Rgb8) -> Color {
     Color::Rgb(r, g, b)
-}
-
-fn hex([r, g, b]: Rgb8) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 #[cfg(test)]
@@ -291,18 +226,17 @@ mod tests {
     fn texts_with_dollar_signs_and_brackets_are_texts() {
         let mut paper = Paper::new(200.0, 50.0);
         paper.text([10.0, 20.0], Align::Left, 12.0, INK, "a $x$ <b>");
-        paper.place("here");
-        let svg = paper.svg();
+        let svg = paper.svg("<rect id=\"under\"/>");
         assert!(svg.contains("a $x$ &lt;b&gt;") && svg.contains("harmolux "), "{svg}");
-        assert!(put(&svg, "here", "<rect/>").contains("<g id=\"here\"><rect/></g>"));
+        assert!(svg.find("fill=\"white\"") < svg.find("id=\"under\""), "{svg}");
+        assert!(svg.find("id=\"under\"") < svg.find("<text"), "{svg}");
     }
 
     #[test]
     fn picture_has_the_size_and_the_ground_asked_for() {
         let mut paper = Paper::new(200.0, 50.0);
-        paper.on([1, 2, 3]);
         paper.fill(Area { x: 10.0, y: 10.0, width: 20.0, height: 20.0 }, [200, 100, 0], None);
-        let drawn = paper.pixels(2.0).expect("drawn");
+        let drawn = paper.pixels(2.0, [1, 2, 3]).expect("drawn");
         assert_eq!((drawn.dimensions(), drawn[(5, 5)].0), ((400, 100), [1, 2, 3]));
         assert_eq!((drawn[(22, 22)].0, drawn[(57, 57)].0), ([200, 100, 0], [200, 100, 0]));
     }

@@ -4,59 +4,31 @@
 //! At a border, or where a value is missing, the cubic goes on straight.
 
 /// Refines `values`, row by row of `columns` each, by `times` steps between neighbours:
-/// (columns - 1) times + 1 values a row come back, and rows likewise. Where one of the four values
-/// around is not finite, what is between them is NaN; at the nodes what was there stays.
-pub fn refined(columns: usize, values: &[f64], times: usize) -> (usize, Vec<f64>) {
-    let rows = values.len().checked_div(columns).unwrap_or(0);
-    if columns < 2 || rows < 2 || times < 2 {
+/// (columns - 1) times + 1 values a row come back, and rows likewise. Between a value that is not
+/// finite and its neighbours nothing is finite.
+pub(super) fn refined(columns: usize, values: &[f64], times: usize) -> (usize, Vec<f64>) {
+    if columns < 2 || values.len() < 2 * columns || times < 2 {
         return (columns, values.to_vec());
     }
-    let finer = |n: usize| (n - 1) * times + 1;
-    let mut fine = vec![f64::NAN; finer(columns) * finer(rows)];
-    for row in 0..rows - 1 {
-        for column in 0..columns - 1 {
-            let patch = Patch { columns, rows, values, column, row };
-            for (i, j) in (0..=times).flat_map(|j| (0..=times).map(move |i| (i, j))) {
-                let place = (row * times + j) * finer(columns) + column * times + i;
-                let value = patch.at(i as f64 / times as f64, j as f64 / times as f64);
-                // What a neighbour knows is not lost where this patch knows nothing.
-                if value.is_finite() {
-                    fine[place] = value;
-                }
-            }
+    let across = values.chunks_exact(columns).flat_map(|row| refined_line(row, times));
+    let across: Vec<f64> = across.collect();
+    let finer = (columns - 1) * times + 1;
+    let column = |c: usize| across.iter().skip(c).step_by(finer).copied().collect::<Vec<f64>>();
+    let down: Vec<f64> = (0..finer).flat_map(|c| refined_line(&column(c), times)).collect();
+    let rows = down.len() / finer;
+    (finer, (0..down.len()).map(|i| down[i % finer * rows + i / finer]).collect())
+}
+
+fn refined_line(values: &[f64], times: usize) -> Vec<f64> {
+    let at = |i: usize| values.get(i).copied().unwrap_or(f64::NAN);
+    let fine = |k: usize| match (k / times, k % times) {
+        (node, 0) => at(node),
+        (node, step) => {
+            let around = [at(node.wrapping_sub(1)), at(node), at(node + 1), at(node + 2)];
+            cubic(around, step as f64 / times as f64)
         }
-    }
-    for (node, value) in values.iter().enumerate().take(rows * columns) {
-        fine[node / columns * times * finer(columns) + node % columns * times] = *value;
-    }
-    (finer(columns), fine)
-}
-
-/// What lies between four neighbours.
-struct Patch<'a> {
-    columns: usize,
-    rows: usize,
-    values: &'a [f64],
-    column: usize,
-    row: usize,
-}
-
-impl Patch<'_> {
-    fn at(&self, u: f64, v: f64) -> f64 {
-        cubic([0, 1, 2, 3].map(|k| self.row_at(k, u)), v)
-    }
-
-    /// Interpolates the row `k` - 1 after the patch's first.
-    fn row_at(&self, k: usize, u: f64) -> f64 {
-        cubic([0, 1, 2, 3].map(|i| self.value(self.column + i, self.row + k)), u)
-    }
-
-    /// Returns a value, its place counted from 1; NaN outside.
-    fn value(&self, column: usize, row: usize) -> f64 {
-        let inside = (1..=self.columns).contains(&column) && (1..=self.rows).contains(&row);
-        let value = || self.values[(row - 1) * self.columns + column - 1];
-        if inside { value() } else { f64::NAN }
-    }
+    };
+    (0..=(values.len() - 1) * times).map(fine).collect()
 }
 
 /// Interpolates between the second and the third of four values; the first and the last may be
@@ -104,8 +76,8 @@ mod tests {
         values[5] = f64::NAN;
         let (columns, fine) = refined(4, &values, 2);
         let missing: Vec<usize> = (0..fine.len()).filter(|i| !fine[*i].is_finite()).collect();
-        // The node and what is between its neighbours; edges that a whole patch shares are known.
-        assert_eq!(missing, [1, 3, 7, 8, 9, 10, 15, 16, 17, 21, 22, 23, 24]);
+        // The node and what is between it and its neighbours.
+        assert_eq!(missing, [8, 9, 10, 15, 16, 17, 22, 23, 24]);
         assert_eq!(columns, 7);
         assert!(fine.iter().all(|v| v.is_nan() || (v - 1.0).abs() <= 1e-15));
     }

@@ -9,8 +9,6 @@ use harmolux::{Error, Result};
 
 use crate::common::say;
 
-/// The pixels of a PNG: twice the size of the SVG.
-const PIXELS: [u32; 2] = [1720, 1120];
 /// The size of a terminal that does not tell its own.
 const TERMINAL: [usize; 2] = [100, 30];
 
@@ -43,7 +41,7 @@ impl PlotFormat {
         let mut output = output;
         match self {
             Self::Svg => output.write_at(stage, figure.to_svg()?.as_bytes()),
-            Self::Png => output.write_at(stage, &figure.to_png(PIXELS[0], PIXELS[1])?),
+            Self::Png => output.write_at(stage, &figure.to_png()?),
         }
     }
 }

@@ -12,8 +12,9 @@ use glam::DVec3;
 
 use super::parts::{MOST_VERTICES, Parts, thin_face, too_many};
 use super::source::{Source, number, shown};
+use crate::error::shown_path;
 use crate::mesh::Mesh;
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 /// Reads an OBJ file: its vertices in their own order, its polygons cut into fans. Objects and
 /// groups are joined and share their vertices; normals, texture coordinates, materials, points and
@@ -78,7 +79,7 @@ struct Statements {
 }
 
 /// The memory that tobj takes for each number at most: where capacities have just doubled.
-const MAX_BYTES_PER_NUMBER: usize = 100;
+const MAX_BYTES_PER_NUMBER: f64 = 100.0;
 /// What a file needs at least.
 const ENOUGH: &str = "an OBJ file has lines such as `v 0.1 0.2 0.3` and `f 1 2 3`; check that \
                       this is the right file";
@@ -181,7 +182,10 @@ impl Statements {
         let statements = std::mem::take(&mut self.text);
         self.pass(b'f', [1, 1].into_iter().chain(1..=self.vertices).map(|v| v.to_string()));
         let numbers = statements.split(|&byte| byte == b' ').count();
-        require_memory(source, numbers.saturating_mul(MAX_BYTES_PER_NUMBER))?;
+        let name = format!("parsing {}", shown_path(source.path()));
+        memory::ask(numbers as f64 * MAX_BYTES_PER_NUMBER, name, |_| {
+            "export it as PLY, which takes the memory of the mesh alone".to_owned()
+        })?;
         let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
         let mut text = self.text.chain(&statements[..]);
         let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
@@ -194,19 +198,6 @@ impl Statements {
             triangles: triangles.iter().skip(self.vertices).copied().collect(),
         })
     }
-}
-
-/// Rejects a file that needs more memory than is given: tobj does not ask.
-fn require_memory(source: &Source, bytes: usize) -> Result<()> {
-    let mut room = Vec::<u8>::new();
-    let given = room.try_reserve_exact(bytes);
-    // Otherwise the compiler may leave out what is not used.
-    std::hint::black_box(room);
-    given.map_err(|_| {
-        let message =
-            format!("parsing takes {} MB of memory, which are not free", bytes / 1_000_000);
-        source.fault(message, "export it as PLY, which takes the memory of the mesh alone")
-    })
 }
 
 /// Reads `7`, `7/1`, `7//2` or `7/1/2`: the first number.

@@ -61,7 +61,7 @@ pub(super) struct Layout {
     /// The size of a cell.
     cell: [f64; 2],
     pub(super) columns: usize,
-    rows: usize,
+    pub(super) rows: usize,
 }
 
 impl Layout {
@@ -112,7 +112,7 @@ impl Layout {
 
     /// Returns the size in which these texts fit their cells; `None` when that is too small to be
     /// read.
-    pub(super) fn value_font<'a>(&self, texts: impl Iterator<Item = &'a String>) -> Option<f64> {
+    pub(super) fn value_font<'a>(&self, texts: impl Iterator<Item = &'a str>) -> Option<f64> {
         let widest = texts.map(|text| text_width(text, 1.0)).fold(0.0, f64::max);
         let fits = (0.86 * self.cell[0] / widest).min(0.62 * self.cell[1]).min(VALUES[1]).floor();
         (widest > 0.0 && fits >= VALUES[0]).then_some(fits)
@@ -126,12 +126,12 @@ pub(super) fn draw_axes(paper: &mut Paper, layout: &Layout, axes: &[Axis; 2]) {
     let count = |length: f64, gap: f64| (length / gap).clamp(2.0, 10.0) as usize;
     for (node, text) in axes[0].ticks(layout.columns, count(plot.width, 70.0)) {
         let [x, _] = layout.place([node, 0.0]);
-        paper.polyline(vec![[x, plot.bottom()], [x, plot.bottom() + 5.0]], FRAME, 1.0);
+        paper.polyline(&[[x, plot.bottom()], [x, plot.bottom() + 5.0]], FRAME, 1.0);
         paper.text([x, plot.bottom() + 6.0 + 0.8 * FONT], Align::Middle, FONT, INK, &text);
     }
     for (node, text) in axes[1].ticks(layout.rows, count(plot.height, 36.0)) {
         let [_, y] = layout.place([0.0, node]);
-        paper.polyline(vec![[plot.x - 5.0, y], [plot.x, y]], FRAME, 1.0);
+        paper.polyline(&[[plot.x - 5.0, y], [plot.x, y]], FRAME, 1.0);
         paper.text([plot.x - 9.0, y], Align::Right, FONT, INK, &text);
     }
     let [x, y] = [plot.x + 0.5 * plot.width, plot.y + 0.5 * plot.height];

@@ -4,26 +4,39 @@
 mod layout;
 
 use self::layout::{Axis, Layout, NAMES, along_axis, direction, draw_axes};
-use crate::io::images::{NOT_FINITE, encode_png};
-use crate::plots::labels::{Placing, length};
+use crate::io::images::NOT_FINITE;
+use crate::plots::isolines::Line;
+use crate::plots::labels::{Label, Placing};
 use crate::plots::legend::{Legend, Swatch, draw_isoline, draw_swatch};
 use crate::plots::palette::is_light;
 use crate::plots::paper::{
     Align, Area, BLACK, FRAME, INK, Paper, Rgb8, WHITE, plate_size, text_width,
 };
-use crate::plots::{ColourScale, Tally, ticks};
-use crate::plots::{Lattice, isolines, refined};
+use crate::plots::refinement::refined;
+use crate::plots::{ColourScale, Lattice, Tally, ticks};
 use crate::{Error, Result};
 
 /// The pixels of a PNG for one unit.
 const SCALE: f64 = 2.0;
-/// The sizes of text: of what explains, and of labels on lines.
+/// The sizes of text: of the title, of what explains, and of labels on lines.
+const TITLE: f64 = 18.0;
 const FONT: f64 = 14.0;
 const LABEL: f64 = 12.0;
 /// Lines shorter than this are not drawn.
 const SHORTEST: f64 = 8.0;
 /// Isolines are drawn on a grid refined to about this many nodes.
 const FINE: usize = 60_000;
+/// Where copies of a text make its rim.
+const RIM: [[f64; 2]; 8] = [
+    [-1.5, 0.0],
+    [1.5, 0.0],
+    [0.0, -1.5],
+    [0.0, 1.5],
+    [-1.0, -1.0],
+    [1.0, -1.0],
+    [-1.0, 1.0],
+    [1.0, 1.0],
+];
 
 /// Holds the sensors of a grid, what they measured, and how that is shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +62,7 @@ impl Isolux {
     /// # Errors
     /// [`Error::Parameter`] when there is not one value for each sensor of the lattice.
     pub fn to_svg(&self) -> Result<String> {
-        Ok(self.drawn()?.svg())
+        Ok(self.drawn()?.svg(""))
     }
 
     /// Draws it as PNG, two pixels for a unit of the SVG.
@@ -57,8 +70,7 @@ impl Isolux {
     /// # Errors
     /// As [`Isolux::to_svg`]; [`Error::Numeric`] with the encoder's complaint.
     pub fn to_png(&self) -> Result<Vec<u8>> {
-        let image = self.drawn()?.pixels(SCALE)?;
-        encode_png(image.width() as usize, image.height() as usize, image.as_raw())
+        self.drawn()?.png(SCALE)
     }
 
     /// Returns what the values that count come to; places are those of sensors.
@@ -92,11 +104,26 @@ impl Isolux {
         let gap = 1.8 * FONT;
         let plot = layout.plot;
         let tall = plot.height.max(legend.least_height());
-        let width = (plot.right() + gap + legend.width()).max(self.heading_width(&tally)) + FONT;
+        let heading = [
+            (TITLE, 20.0, INK, self.title.clone()),
+            (FONT, 43.0, INK, self.summary(&tally)),
+            (LABEL, 63.0, FRAME, self.situation()),
+        ];
+        // What explains is measured as if it were as large as the summary.
+        let widths = heading.iter().map(|(size, _, _, text)| text_width(text, size.max(FONT)));
+        let wide = widths.fold(0.0, f64::max) + 6.0 * FONT;
+        let width = (plot.right() + gap + legend.width()).max(wide) + FONT;
         let height = plot.y + tall.max(plot.height + 4.0 * FONT) + FONT;
         let mut paper = Paper::new(width.ceil(), height.ceil());
-        self.draw_heading(&mut paper, plot.x, &tally);
-        self.draw_cells(&mut paper, &layout);
+        for (size, y, ink, text) in &heading {
+            paper.text([plot.x, *y], Align::Left, *size, *ink, text);
+        }
+        for (node, value) in nodes.iter().zip(&self.values) {
+            let swatch = value.map_or(Swatch::Hatched, |v| {
+                Swatch::Colour(self.scale.colour(v).unwrap_or(NOT_FINITE))
+            });
+            draw_swatch(&mut paper, layout.cell(*node), swatch);
+        }
         draw_axes(&mut paper, &layout, &axes);
         self.draw_lines_and_values(&mut paper, &layout, &tally);
         legend.draw(&mut paper, [plot.right() + gap, plot.y], tall);
@@ -106,9 +133,9 @@ impl Isolux {
     fn legend(&self, tally: &Tally) -> Legend<'_> {
         let values: Vec<f64> = self.counting().map(|(_, v)| v).collect();
         let hatched = self.values.iter().any(Option::is_none);
-        let hatched = hatched.then(|| (Swatch::Hatched, "behind".to_owned()));
+        let hatched = hatched.then_some((Swatch::Hatched, "behind"));
         let non_finite =
-            (tally.not_finite > 0).then(|| (Swatch::Colour(NOT_FINITE), "not finite".to_owned()));
+            (tally.not_finite > 0).then_some((Swatch::Colour(NOT_FINITE), "not finite"));
         Legend {
             scale: &self.scale,
             unit: &self.unit,
@@ -153,114 +180,87 @@ impl Isolux {
         format!("{columns} \u{d7} {rows} sensors {place}{zero}")
     }
 
-    fn heading_width(&self, tally: &Tally) -> f64 {
-        let lines = [self.summary(tally), self.situation()];
-        let texts = lines.iter().map(|line| text_width(line, FONT));
-        texts.fold(text_width(&self.title, 18.0), f64::max) + 6.0 * FONT
-    }
-
-    fn draw_heading(&self, paper: &mut Paper, x: f64, tally: &Tally) {
-        paper.text([x, 20.0], Align::Left, 18.0, INK, &self.title);
-        paper.text([x, 43.0], Align::Left, FONT, INK, &self.summary(tally));
-        paper.text([x, 63.0], Align::Left, 12.0, FRAME, &self.situation());
-    }
-
-    /// Returns the value of each node, NaN where there is none.
-    fn field(&self) -> Vec<f64> {
-        let mut field = vec![f64::NAN; self.lattice.size[0] * self.lattice.size[1]];
-        for (node, value) in self.lattice.nodes.iter().zip(&self.values) {
-            field[*node] = value.unwrap_or(f64::NAN);
-        }
-        field
-    }
-
-    fn draw_cells(&self, paper: &mut Paper, layout: &Layout) {
-        for (node, value) in self.lattice.nodes.iter().zip(&self.values) {
-            let swatch = match value.map(|v| self.scale.colour(v)) {
-                None => Swatch::Hatched,
-                Some(colour) => Swatch::Colour(colour.unwrap_or(NOT_FINITE)),
-            };
-            draw_swatch(paper, layout.cell(*node), swatch);
-        }
-    }
-
     fn draw_lines_and_values(&self, paper: &mut Paper, layout: &Layout, tally: &Tally) {
         let values = self.written(layout, tally);
-        let areas = values.iter().map(|value| value.area);
-        let reach = 0.9 * layout.plot.width.max(layout.plot.height);
-        let mut placing = Placing::new(layout.plot, areas.collect(), reach);
-        let extremes = self.extremes(layout, tally, values.is_empty());
-        for extreme in &extremes {
-            // Its number stays in sight: on a plate, or in the middle of the cell.
-            let Area { width, height, .. } = extreme.cell;
-            if let Some((at, text)) = &extreme.plate {
-                placing.take(extreme.cell);
-                placing.take(Area::about(*at, plate_size(text, LABEL)));
+        let mut placing = Placing {
+            frame: layout.plot,
+            soft: values.iter().map(|value| value.area).collect(),
+            taken: Vec::new(),
+            reach: 0.9 * layout.plot.width.max(layout.plot.height),
+            shortest: SHORTEST,
+            font: LABEL,
+        };
+        let found = [tally.largest, tally.least].into_iter().flatten().filter(|_| self.extremes);
+        let mut extremes = Vec::new();
+        for (sensor, value) in found {
+            let cell = layout.cell(self.lattice.nodes[sensor]);
+            // Its number stays in sight: in the middle of the cell, or on a plate.
+            if values.is_empty() {
+                let text = self.text(value, tally);
+                let size = plate_size(&text, LABEL);
+                let middle = layout.beside(cell, size);
+                placing.taken.extend([cell, Area::about(middle, size)]);
+                extremes.push((cell, Some((middle, text))));
             } else {
-                placing.take(inset(extreme.cell, 0.25 * width.min(height)));
+                placing.taken.push(inset(cell, 0.25 * cell.width.min(cell.height)));
+                extremes.push((cell, None));
             }
         }
         let (lines, labels) = self.lines(&mut placing, layout);
         for line in &lines {
             draw_isoline(paper, line, 1.3);
         }
-        for Extreme { cell, .. } in &extremes {
+        for (cell, _) in &extremes {
             paper.frame(inset(*cell, 1.0), BLACK, 2.0);
             paper.frame(inset(*cell, 2.8), WHITE, 1.6);
         }
         for value in values {
             // A value under the label of a line would be read as neither.
-            let size = |text: &str| plate_size(text, LABEL);
-            let under =
-                |(at, text): &Label| Area::about(*at, size(text)).overlap(&value.area) > 0.0;
+            let under = |(at, text): &Label| {
+                Area::about(*at, plate_size(text, LABEL)).overlap(&value.area) > 0.0
+            };
             if !labels.iter().any(under) {
-                let crossed = lines.iter().flatten().any(|p| value.area.contains(*p));
-                value.draw(paper, crossed);
+                let within = |p: &[f64; 2]| value.area.holds(&Area::about(*p, [0.0; 2]));
+                value.draw(paper, lines.iter().flatten().any(within));
             }
         }
-        for (middle, text) in labels {
-            paper.plate(middle, LABEL, &text);
-        }
-        for (middle, text) in extremes.into_iter().filter_map(|extreme| extreme.plate) {
+        for (middle, text) in labels.into_iter().chain(extremes.into_iter().filter_map(|e| e.1)) {
             paper.plate(middle, LABEL, &text);
         }
     }
 
+    /// Writes a value for its cell.
+    fn text(&self, value: f64, tally: &Tally) -> String {
+        ticks::beside(value, tally.largest.map_or(1.0, |(_, v)| v))
+    }
+
     /// Lists the values that are written in their cells; none where cells are too small.
     fn written(&self, layout: &Layout, tally: &Tally) -> Vec<Written> {
-        let largest = tally.largest.map_or(1.0, |(_, v)| v);
         let finite = self.counting().filter(|(_, v)| v.is_finite());
-        let texts = finite.map(|(i, v)| (i, v, ticks::beside(v, largest)));
-        let texts: Vec<(usize, f64, String)> = texts.collect();
-        let Some(font) = layout.value_font(texts.iter().map(|(_, _, text)| text)) else {
+        let texts: Vec<_> = finite.map(|(i, v)| (i, v, self.text(v, tally))).collect();
+        let Some(font) = layout.value_font(texts.iter().map(|(_, _, text)| text.as_str())) else {
             return Vec::new();
         };
         let written = |(sensor, value, text): (usize, f64, String)| {
+            let ground = self.scale.colour(value)?;
             let at = layout.middle(self.lattice.nodes[sensor]);
             let area = Area::about(at, [text_width(&text, font), font]);
-            Some(Written { area, at, font, text, ground: self.scale.colour(value)? })
+            Some(Written { area, at, font, text, ground })
         };
         texts.into_iter().filter_map(written).collect()
     }
 
     /// Returns the isolines, and where their labels go.
     fn lines(&self, placing: &mut Placing, layout: &Layout) -> (Vec<Line>, Vec<Label>) {
-        let field: Vec<f64> = self.field().iter().map(|v| self.scale.evened(*v)).collect();
+        let mut field = vec![f64::NAN; layout.columns * layout.rows];
+        for (node, value) in self.lattice.nodes.iter().zip(&self.values) {
+            field[*node] = self.scale.evened(value.unwrap_or(f64::NAN));
+        }
         let times = ((FINE / field.len().max(1)) as f64).sqrt().clamp(1.0, 12.0) as usize;
         let (columns, fine) = refined(layout.columns, &field, times);
         let place = |p: [f64; 2]| layout.place(p.map(|x| x / times as f64));
-        let (mut all, mut labels) = (Vec::new(), Vec::new());
-        for (level, text) in self.reached_levels() {
-            let lines: Vec<Line> = isolines(columns, &fine, self.scale.evened(level))
-                .into_iter()
-                .map(|line| line.points.into_iter().map(place).collect())
-                .filter(|line: &Line| length(line) >= SHORTEST)
-                .collect();
-            let middles = placing.on(&lines, plate_size(&text, LABEL));
-            labels.extend(middles.into_iter().map(|middle| (middle, text.clone())));
-            all.extend(lines);
-        }
-        (all, labels)
+        let levels = self.reached_levels().into_iter();
+        placing.isolines(&self.scale, levels, (columns, &fine), place)
     }
 
     /// Lists the levels that sensors reach: what is interpolated between them may exceed them all,
@@ -270,33 +270,10 @@ impl Isolux {
         else {
             return Vec::new();
         };
-        let levels = self.scale.levels().iter().copied().zip(self.scale.level_texts());
+        let levels = self.scale.numbered_levels();
         levels.filter(|(level, _)| (least..=largest).contains(level)).collect()
     }
-
-    /// Lists what marks the largest and the least value; with their number where cells have none.
-    fn extremes(&self, layout: &Layout, tally: &Tally, write: bool) -> Vec<Extreme> {
-        let largest = tally.largest.map_or(1.0, |(_, v)| v);
-        let extreme = |(sensor, value): (usize, f64)| {
-            let node = self.lattice.nodes[sensor];
-            let cell = layout.cell(node);
-            if !write {
-                return Extreme { cell, plate: None };
-            }
-            let text = ticks::beside(value, largest);
-            let size = plate_size(&text, LABEL);
-            let at = layout.beside(cell, size);
-            Extreme { cell, plate: Some((at, text)) }
-        };
-        let found = [tally.largest, tally.least].into_iter().flatten().filter(|_| self.extremes);
-        found.map(extreme).collect()
-    }
 }
-
-/// A line on the paper.
-type Line = Vec<[f64; 2]>;
-/// The middle of a plate and what it says.
-type Label = ([f64; 2], String);
 
 /// A value in its cell.
 struct Written {
@@ -312,43 +289,18 @@ impl Written {
     /// Writes it; with a rim of the colour of its cell where a line would cross it.
     fn draw(&self, paper: &mut Paper, rim: bool) {
         let [x, y] = self.at;
-        let write = |paper: &mut Paper, at, ink| {
-            paper.text(at, Align::Middle, self.font, ink, &self.text);
-        };
-        if rim {
-            for (dx, dy) in RIM {
-                write(paper, [x + dx, y + dy], self.ground);
-            }
+        for [right, down] in RIM.into_iter().filter(|_| rim) {
+            let at = [x + right, y + down];
+            paper.text(at, Align::Middle, self.font, self.ground, &self.text);
         }
-        write(paper, self.at, if is_light(self.ground) { BLACK } else { WHITE });
+        let ink = if is_light(self.ground) { BLACK } else { WHITE };
+        paper.text(self.at, Align::Middle, self.font, ink, &self.text);
     }
-}
-
-/// Where copies of a text make its rim.
-const RIM: [(f64, f64); 8] = [
-    (-1.5, 0.0),
-    (1.5, 0.0),
-    (0.0, -1.5),
-    (0.0, 1.5),
-    (-1.0, -1.0),
-    (1.0, -1.0),
-    (-1.0, 1.0),
-    (1.0, 1.0),
-];
-
-/// What marks an extreme.
-struct Extreme {
-    cell: Area,
-    plate: Option<Label>,
 }
 
 fn inset(area: Area, by: f64) -> Area {
-    Area {
-        x: area.x + by,
-        y: area.y + by,
-        width: (area.width - 2.0 * by).max(0.5),
-        height: (area.height - 2.0 * by).max(0.5),
-    }
+    let [width, height] = [area.width, area.height].map(|n| (n - 2.0 * by).max(0.5));
+    Area { x: area.x + by, y: area.y + by, width, height }
 }
 
 #[cfg(test)]
