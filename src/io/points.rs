@@ -79,10 +79,11 @@ struct Columns {
     count: usize,
 }
 
-/// One line without its comment, cut in fields with the column, from 1, where each starts.
+/// One line without its comment, cut in fields with the byte where each starts.
 struct Line<'a> {
     path: &'a Path,
     number: usize,
+    text: &'a str,
     fields: Vec<(usize, &'a str)>,
 }
 
@@ -94,11 +95,11 @@ impl<'a> Line<'a> {
             InputError::new(path, message).at(number, Some(column)).help(WANTED)
         })?;
         let text = text.trim_start_matches('\u{feff}').split('#').next().unwrap_or("");
-        Ok(Self { path, number, fields: fields(text) })
+        Ok(Self { path, number, text, fields: fields(text) })
     }
 
     fn error(&self, field: usize, message: String, help: &str) -> Error {
-        let column = self.fields.get(field).map(|f| f.0);
+        let column = self.fields.get(field).map(|f| self.text[..f.0].chars().count() + 1);
         InputError::new(self.path, message).at(self.number, column).help(help).into()
     }
 
@@ -170,7 +171,7 @@ fn fields(text: &str) -> Vec<(usize, &str)> {
         let value = field.trim();
         if strict || !value.is_empty() {
             let lead = field.len() - field.trim_start().len();
-            found.push((text[..start + lead].chars().count() + 1, value));
+            found.push((start + lead, value));
         }
         start = i + c.len_utf8();
     }

@@ -1,5 +1,6 @@
 //! Sensors in: the CSV table that `harmolux illum` writes, a sensor a row, in groups.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use csv::StringRecord;
@@ -44,11 +45,13 @@ pub fn parse(path: &Path, bytes: &[u8], column: &str) -> Result<Vec<MeasuredGrou
     let header = reader.headers().map_err(|e| broken(path, &e))?.clone();
     let columns = Columns::of(path, &header, column)?;
     let mut groups: Vec<MeasuredGroup> = Vec::new();
+    let mut places: HashMap<String, usize> = HashMap::new();
     for record in reader.records() {
         let record = record.map_err(|e| broken(path, &e))?;
         let name = record.get(columns.group).unwrap_or("");
-        let place = groups.iter().rposition(|group| group.name == name).unwrap_or(groups.len());
+        let place = places.get(name).copied().unwrap_or(groups.len());
         if place == groups.len() {
+            places.insert(name.to_owned(), place);
             groups.push(MeasuredGroup { name: name.to_owned(), ..Default::default() });
         }
         columns.read(path, &header, &record, &mut groups[place])?;

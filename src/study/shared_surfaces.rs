@@ -29,7 +29,7 @@ struct SeriesKey {
 
 /// A series from a file, and the surfaces made of it.
 pub(super) struct SharedSh {
-    /// The series, at the degree asked for.
+    /// The series: up to the degree asked for, or to the last that the file has something of.
     pub(super) series: Coefficients,
     /// The point of the file that is the origin of the surfaces.
     pub(super) centre: DVec3,
@@ -144,6 +144,8 @@ impl SharedSurfaces {
 fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<SharedSh> {
     let (series, centre, fit) = if SeriesFormat::of_extension(path).is_some() {
         let read = coefficients::read_as_stated(path)?;
+        // Zeros at the end cost as much as other coefficients.
+        let degree = degree.min(read.coefficients.degree_in_use());
         (read.coefficients.truncated(degree), read.centre, None)
     } else {
         let settings = FitSettings { centre, ..FitSettings::of_degree(degree) };

@@ -50,9 +50,9 @@ impl MeshSurface {
     /// # Errors
     /// [`Error::Geometry`] when a vertex of a face is not finite or no face has an area.
     pub fn new(mesh: Mesh) -> Result<Self> {
-        let boxes = (0..mesh.triangles().len()).map(|f| Aabb::of_points(mesh.corners(f)));
-        let boxes: Vec<_> = boxes.collect();
         check_finite(&mesh)?;
+        mesh.require_measurable()?;
+        let boxes = boxes(&mesh);
         let areas = cumulative_areas(&mesh)?;
         let (tree, order) = Bvh::build_padded(&boxes);
         let leaves = order.as_chunks::<LANES>().0.iter();
@@ -289,6 +289,20 @@ impl Around {
         let normal = if clear { self.sum } else { largest }.try_normalize()?;
         Some(Hit { distance: 0.0, point, normal, shading_normal: normal, error: self.error, part })
     }
+}
+
+/// Bounds the faces; empty for those that no ray need be compared with: where two corners are one
+/// the neighbours share the edge, and what repeats a face is met where that is.
+fn boxes(mesh: &Mesh) -> Vec<Aabb> {
+    let bounds = |face: usize| match mesh.corners(face) {
+        [a, b, c] if a == b || b == c || c == a => Aabb::EMPTY,
+        corners => Aabb::of_points(corners),
+    };
+    let mut boxes: Vec<_> = (0..mesh.triangles().len()).map(bounds).collect();
+    for face in Doubles::of(mesh).repeated {
+        boxes[face as usize] = Aabb::EMPTY;
+    }
+    boxes
 }
 
 /// Sums the areas face by face.
