@@ -216,6 +216,14 @@ mod tests {
     }
 
     #[test]
+    fn line_of_very_many_numbers_is_read_in_one_pass() {
+        let line = "1 ".repeat(1_000_000);
+        assert!(refusal(&line).starts_with("p.xyz:1:1: a line of 1000000 fields is no point"));
+        let commas = "\u{e9},".repeat(1_000_000);
+        assert!(refusal(&commas).starts_with("p.xyz:1:1: no column is called x"));
+    }
+
+    #[test]
     fn what_is_no_point_is_located() {
         for (text, place) in [
             ("1 2\n", "p.xyz:1:1: a line of 2 fields"),

@@ -177,6 +177,14 @@ mod tests {
     }
 
     #[test]
+    fn very_many_groups_are_told_apart_in_one_pass() {
+        let row = |i: usize| format!("{},1,2,3,0,0,1,5,\n", i % 100_000);
+        let rows: String = (0..200_000).map(row).collect();
+        let groups = parsed(&format!("{HEADER}{rows}")).expect("read");
+        assert_eq!((groups.len(), groups[99_999].at.len()), (100_000, 2));
+    }
+
+    #[test]
     fn normals_and_behind_may_be_missing() {
         let text = "group,x_m,y_m,z_m,illuminance_lx\ng,1,2,3,NaN\n";
         let groups = parsed(text).expect("read");

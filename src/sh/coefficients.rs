@@ -187,6 +187,8 @@ mod tests {
         c.set(1, 1, 0.5, -0.5);
         c.set(3, 2, 0.1, 0.2);
         assert_eq!(c.truncated(5).truncated(3), c);
+        assert_eq!((c.degree_in_use(), c.truncated(900).degree_in_use()), (3, 3));
+        assert_eq!(Coefficients::zeros(7).degree_in_use(), 0);
         assert_eq!(c.truncated(2).cosines(), &c.cosines()[..6]);
     }
 

@@ -233,6 +233,27 @@ mod tests {
     }
 
     #[test]
+    fn degree_above_that_of_the_file_costs_what_the_file_costs() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("egg.txt");
+        let mut c = Coefficients::zeros(6);
+        c.set(0, 0, 1.0, 0.0);
+        c.set(3, 2, 0.0, 0.1);
+        let bytes = coefficients::encode(
+            &crate::fit::Shape::new(c.clone()),
+            SeriesFormat::Text,
+            &coefficients::WriteOptions::default(),
+        );
+        std::fs::write(&path, bytes.expect("encodes")).expect("written");
+        let mut shared = SharedSurfaces::default();
+        for (degree, used) in [(1400, 3), (3, 3), (2, 2)] {
+            let sh = shared.sh(&path, degree, None).expect("is there");
+            assert_eq!(sh.series.lmax(), used, "{degree}");
+            assert!((sh.series.mean() - 1.0).abs() <= 1e-15);
+        }
+    }
+
+    #[test]
     fn what_cannot_be_read_stays_an_error_however_often_it_is_asked_for() {
         let mut shared = SharedSurfaces::default();
         for _ in 0..2 {

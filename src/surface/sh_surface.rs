@@ -272,8 +272,10 @@ mod tests {
             ShSurface::new(&sphere(-1.0), Intersector::Certified),
             Err(Error::Geometry(_))
         ));
-        let march = Intersector::StepBisection(StepBisection { step: 0.0, tolerance: 1e-9 });
-        assert!(matches!(ShSurface::new(&sphere(1.0), march), Err(Error::Parameter(_))));
+        for step in [0.0, 1e-12, f64::NAN] {
+            let march = Intersector::StepBisection(StepBisection { step, tolerance: 1e-9 });
+            assert!(matches!(ShSurface::new(&sphere(1.0), march), Err(Error::Parameter(_))));
+        }
     }
 
     #[test]

@@ -381,6 +381,22 @@ mod tests {
     }
 
     #[test]
+    fn layers_in_one_place_are_met_once() {
+        // A polygon that goes round and round its three corners.
+        let cycle = |i: u32| [0, (i + 1) % 3, (i + 2) % 3];
+        let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let faces = (0..30_000).map(cycle).chain([[0, 2, 1], [0, 1, 3]]).collect();
+        let surface = MeshSurface::new(Mesh::new(corners, faces).expect("in range"));
+        let surface = surface.expect("has an area");
+        // What is left: one layer, its back, and the wall.
+        let faces = |block: &Block| (0..LANES).map(|lane| block.face(lane).0).collect::<Vec<_>>();
+        let kept: HashSet<u32> = surface.blocks.iter().flat_map(faces).collect();
+        assert_eq!(kept, HashSet::from([0, 30_000, 30_001]));
+        let down = Ray::new(DVec3::new(0.2, 0.3, 1.0), DVec3::NEG_Z);
+        assert_eq!(surface.hit(&down).map(|hit| hit.distance), Some(1.0));
+    }
+
+    #[test]
     fn mesh_without_area_is_refused() {
         assert!(MeshSurface::new(Mesh::default()).is_err());
         let line = Mesh::new(vec![DVec3::ZERO, DVec3::X, 2.0 * DVec3::X], vec![[0, 1, 2]]);
