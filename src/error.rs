@@ -60,6 +60,8 @@ pub enum Advice {
     KeepLargestPiece,
     /// Fits an envelope of a mesh with folds.
     FitEnvelope,
+    /// Looks for no faces that cross.
+    SkipCrossings,
     /// Accepts a larger share of directions in folds.
     AcceptFolds,
     /// Fits the mesh of a surface that is no radial shape.
@@ -102,6 +104,9 @@ impl fmt::Display for Advice {
             Self::BeginAnew(first) => write!(f, "{}begin anew", first.unwrap_or("")),
             Self::KeepLargestPiece => write!(f, "keep one piece alone (the repair can)"),
             Self::FitEnvelope => write!(f, "an envelope fits a mesh with small folds"),
+            Self::SkipCrossings => {
+                write!(f, "remove repeated faces (the repair can), or look for no crossings")
+            }
             Self::AcceptFolds => {
                 write!(f, "raise the accepted share, give another centre, or cut the mesh in parts")
             }

@@ -58,8 +58,10 @@ impl Check {
     /// Examines a mesh.
     ///
     /// # Errors
-    /// [`Error::Numeric`] when the search for the best centre fails.
+    /// [`Error::Geometry`] for a mesh of which no areas can be computed; [`Error::Numeric`] when the
+    /// search for the best centre fails, and as [`SelfIntersections::of`].
     pub fn of(mesh: &Mesh, settings: &CheckSettings) -> Result<Self> {
+        mesh.require_measurable()?;
         let crossings = settings.crossings.then(|| SelfIntersections::of(mesh));
         Ok(Self {
             report: MeshReport::of(mesh),
@@ -166,6 +168,26 @@ mod tests {
 
     fn check(mesh: &Mesh, centre: Option<DVec3>) -> Check {
         Check::of(mesh, &CheckSettings { centre, crossings: true }).expect("an answer")
+    }
+
+    #[test]
+    fn sizes_whose_areas_no_number_holds_are_refused() {
+        for size in [1e-200, 1e-100, 1e150, 1e300] {
+            let mesh = shapes::cube().scaled(size).expect("positive");
+            let error = Check::of(&mesh, &CheckSettings::default()).expect_err("refused");
+            assert!(error.to_string().contains("the size of the mesh is 1.000e"), "{error}");
+        }
+    }
+
+    #[test]
+    fn layers_upon_each_other_are_judged() {
+        let cycle = |i: u32| [0, (i + 1) % 3, (i + 2) % 3];
+        let faces: Vec<[u32; 3]> = (0..3000).map(cycle).collect();
+        let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
+        let found = check(&Mesh::new(corners, faces).expect("in range"), None);
+        assert_eq!((found.report.duplicate.len(), found.is_sound()), (999, false));
+        assert_eq!(found.crossings.map(|c| c.pairs), Some(0));
+        assert!(found.star.is_some_and(|s| s.folds.is_some()));
     }
 
     #[test]

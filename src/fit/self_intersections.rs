@@ -5,11 +5,15 @@
 //! a billionth of the larger face, beside the rounding of the coordinates, counts as touching:
 //! faces that touch or lie in one plane do not cross.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::error::Advice;
 use crate::math::Aabb;
 use crate::mesh::Mesh;
+use crate::mesh::report::duplicate_faces;
 use crate::surface::Bvh;
 use crate::{Error, Result};
 
@@ -37,12 +41,19 @@ pub struct Crossing {
 const SHOWN: usize = 3;
 
 impl SelfIntersections {
-    /// Examines a mesh: about 3 us a face on one core.
+    /// Examines a mesh: about 3 us a face on one core. A face with the vertices of an earlier one
+    /// counts as that one.
     ///
     /// # Errors
-    /// [`Error::Geometry`] when a vertex of a face is not finite.
+    /// [`Error::Geometry`] when a vertex of a face is not finite; [`Error::Parameter`] when the
+    /// faces are so much in each other's way that the search would take very long.
     pub fn of(mesh: &Mesh) -> Result<Self> {
-        let boxes: Vec<Aabb> =
+        Self::within(mesh, PAIRS + PAIRS_EACH * mesh.triangles().len())
+    }
+
+    /// Examines a mesh, unless more pairs of faces than `most` have to be looked at.
+    fn within(mesh: &Mesh, most: usize) -> Result<Self> {
+        let mut boxes: Vec<Aabb> =
             (0..mesh.triangles().len()).map(|f| Aabb::of_points(mesh.corners(f))).collect();
         if let Some(face) =
             (0..boxes.len()).find(|&f| mesh.corners(f).iter().any(|p| !p.is_finite()))
@@ -52,12 +63,21 @@ impl SelfIntersections {
                  remove the face"
             )));
         }
+        for face in duplicate_faces(mesh) {
+            boxes[face as usize] = Aabb::EMPTY;
+        }
         let tree = Bvh::build(&boxes);
+        let seen = AtomicUsize::new(0);
+        let partners = |face| {
+            let all = Partners::of(mesh, &tree, &boxes, face);
+            let seen = all.seen + seen.fetch_add(all.seen, Ordering::Relaxed);
+            if seen > most { Err(crowded(most)) } else { Ok(all) }
+        };
         let found: Vec<Partners> = (0..boxes.len() as u32)
             .into_par_iter()
-            .map(|face| Partners::of(mesh, &tree, &boxes, face))
-            .filter(|p| p.count > 0)
-            .collect();
+            .map(partners)
+            .filter(|p| !p.as_ref().is_ok_and(|p| p.count == 0))
+            .collect::<Result<_>>()?;
         Ok(Self {
             // Each pair is found by both of its faces.
             pairs: found.iter().map(|p| p.count).sum::<usize>() / 2,
@@ -72,9 +92,25 @@ impl SelfIntersections {
     }
 }
 
+/// The pairs of faces whose boxes overlap, for each face and besides, up to which crossings are
+/// looked for: ordinary meshes have about twenty for each.
+const PAIRS_EACH: usize = 1000;
+const PAIRS: usize = 100_000_000;
+
+/// Says that the search would take too long.
+fn crowded(most: usize) -> Error {
+    Error::Parameter(format!(
+        "the faces lie in layers upon each other: more than {most} pairs would have to be looked \
+         at to find those that cross"
+    ))
+    .advise(Advice::SkipCrossings)
+}
+
 /// The faces that cross one.
 struct Partners {
     face: u32,
+    /// How many faces were looked at.
+    seen: usize,
     count: usize,
     /// The first few with a higher number.
     above: [Option<Crossing>; SHOWN],
@@ -82,8 +118,9 @@ struct Partners {
 
 impl Partners {
     fn of(mesh: &Mesh, tree: &Bvh, boxes: &[Aabb], face: u32) -> Self {
-        let mut all = Self { face, count: 0, above: [None; SHOWN] };
+        let mut all = Self { face, seen: 0, count: 0, above: [None; SHOWN] };
         tree.overlapping(boxes[face as usize], |other| {
+            all.seen += 1;
             let other = other as u32;
             let Some(point) = meeting(mesh, face.min(other), face.max(other)) else { return };
             all.count += 1;
@@ -212,6 +249,38 @@ mod tests {
             vec![[0, 1, 2]],
         );
         assert_eq!(found_in(&joined(&cube, &tip.expect("in range"))).pairs, 0);
+    }
+
+    /// Big triangles through one line, as many as are asked for.
+    fn fan(count: usize) -> Mesh {
+        let corners = |i: usize| {
+            let (sine, cosine) = (i as f64).sin_cos();
+            let side = DVec3::new(cosine, sine, 0.0);
+            [side - DVec3::Z, side + DVec3::Z, -2.0 * side]
+        };
+        let positions = (0..count).flat_map(corners).collect();
+        let triangles = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        Mesh::new(positions, triangles).expect("in range")
+    }
+
+    #[test]
+    fn layers_that_share_their_vertices_are_one() {
+        // 10^10 pairs, were each looked at.
+        let layers = Mesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]; 100_000]);
+        assert_eq!(found_in(&layers.expect("in range")), SelfIntersections::default());
+        let mut two = joined(&fan(1), &fan(2)).triangles().to_vec();
+        two.extend([two[2]; 50_000]);
+        let two = Mesh::new(joined(&fan(1), &fan(2)).positions().to_vec(), two);
+        assert_eq!(found_in(&two.expect("in range")).faces, [0, 1, 2]);
+    }
+
+    #[test]
+    fn too_many_layers_are_told() {
+        let mesh = fan(100);
+        let found = SelfIntersections::within(&mesh, 10_000).expect("few enough");
+        assert_eq!(found.pairs, 4950);
+        let error = SelfIntersections::within(&mesh, 9_000).expect_err("too many").to_string();
+        assert!(error.contains("more than 9000 pairs") && error.contains("crossings"), "{error}");
     }
 
     #[test]

@@ -97,10 +97,11 @@ struct Columns {
     count: usize,
 }
 
-/// One line without its comment, cut in fields with the column, from 1, where each starts.
+/// One line without its comment, cut in fields with the byte where each starts.
 struct Line<'a> {
     path: &'a Path,
     number: usize,
+    text: &'a str,
     fields: Vec<(usize, &'a str)>,
 }
 
@@ -112,11 +113,11 @@ impl<'a> Line<'a> {
             InputError::new(path, message).at(number, Some(column)).help(WANTED)
         })?;
         let text = text.trim_start_matches('\u{feff}').split('#').next().unwrap_or("");
-        Ok(Self { path, number, fields: fields(text) })
+        Ok(Self { path, number, text, fields: fields(text) })
     }
 
     fn error(&self, field: usize, message: String, help: &str) -> Error {
-        let column = self.fields.get(field).map(|f| f.0);
+        let column = self.fields.get(field).map(|f| self.text[..f.0].chars().count() + 1);
         InputError::new(self.path, message).at(self.number, column).help(help).into()
     }
 
@@ -188,7 +189,7 @@ fn fields(text: &str) -> Vec<(usize, &str)> {
         let value = field.trim();
         if strict || !value.is_empty() {
             let lead = field.len() - field.trim_start().len();
-            found.push((text[..start + lead].chars().count() + 1, value));
+            found.push((start + lead, value));
         }
         start = i + c.len_utf8();
     }
@@ -241,6 +242,14 @@ mod tests {
             assert!(!recognise(text.as_bytes()), "{text}");
         }
         assert!(!recognise(b"\xff 1 2 3\n"));
+    }
+
+    #[test]
+    fn line_of_very_many_numbers_is_read_in_one_pass() {
+        let line = "1 ".repeat(1_000_000);
+        assert!(refusal(&line).starts_with("p.xyz:1:1: a line of 1000000 fields is no point"));
+        let commas = "\u{e9},".repeat(1_000_000);
+        assert!(refusal(&commas).starts_with("p.xyz:1:1: no column is called x"));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Sensors in: the CSV table that `harmolux illum` writes, a sensor a row, in groups.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use csv::StringRecord;
@@ -50,11 +51,13 @@ pub fn parse(path: &Path, bytes: &[u8], column: &str) -> Result<Vec<MeasuredGrou
     let header = reader.headers().map_err(|e| broken(path, &e))?.clone();
     let columns = Columns::of(path, &header, column)?;
     let mut groups: Vec<MeasuredGroup> = Vec::new();
+    let mut places: HashMap<String, usize> = HashMap::new();
     for record in reader.records() {
         let record = record.map_err(|e| broken(path, &e))?;
         let name = record.get(columns.group).unwrap_or("");
-        let place = groups.iter().rposition(|group| group.name == name).unwrap_or(groups.len());
+        let place = places.get(name).copied().unwrap_or(groups.len());
         if place == groups.len() {
+            places.insert(name.to_owned(), place);
             groups.push(MeasuredGroup { name: name.to_owned(), ..Default::default() });
         }
         columns.read(path, &header, &record, &mut groups[place])?;
@@ -183,6 +186,14 @@ mod tests {
         assert_eq!((groups[0].normals[1], groups[0].values[0]), (DVec3::Z, Some(5.0)));
         assert!(groups[0].values[1].is_some_and(f64::is_nan));
         assert_eq!(groups[1].values, [None]);
+    }
+
+    #[test]
+    fn very_many_groups_are_told_apart_in_one_pass() {
+        let row = |i: usize| format!("{},1,2,3,0,0,1,5,\n", i % 100_000);
+        let rows: String = (0..200_000).map(row).collect();
+        let groups = parsed(&format!("{HEADER}{rows}")).expect("read");
+        assert_eq!((groups.len(), groups[99_999].at.len()), (100_000, 2));
     }
 
     #[test]

@@ -1,6 +1,9 @@
 //! Faces of a mesh that stand in the place of others: repeated, or back to back.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
+use std::hash::{BuildHasher, RandomState};
+
+use hashbrown::HashTable;
 
 use crate::mesh::Mesh;
 
@@ -17,27 +20,42 @@ impl Doubles {
     /// Looks for faces with the same three corners, to the bit.
     pub fn of(mesh: &Mesh) -> Self {
         let mut doubles = Self::default();
-        // By the corners in order: the first face of either side.
-        let mut first: HashMap<[[u64; 3]; 3], [Option<u32>; 2]> = HashMap::new();
+        let hasher = RandomState::new();
+        // The first face of either side at each place: numbers alone take the least memory.
+        let mut places: HashTable<[Option<u32>; 2]> = HashTable::new();
+        let hash = |faces: &[Option<u32>; 2]| {
+            let first = faces[0].or(faces[1]).unwrap_or(0);
+            hasher.hash_one(place(mesh, first).0)
+        };
         for face in 0..mesh.triangles().len() as u32 {
-            // The sum takes -0 to 0.
-            let corners =
-                mesh.corners(face as usize).map(|c| (c + 0.0).to_array().map(f64::to_bits));
-            let lowest = (0..3).min_by_key(|i| corners[*i]).unwrap_or(0);
-            let [a, b, c] = [0, 1, 2].map(|i| corners[(lowest + i) % 3]);
-            let (key, side) = if b <= c { ([a, b, c], 0) } else { ([a, c, b], 1) };
-            let sides = first.entry(key).or_default();
+            let (corners, side) = place(mesh, face);
+            let is_here = |faces: &[Option<u32>; 2]| {
+                faces.iter().flatten().any(|f| place(mesh, *f).0 == corners)
+            };
+            let mut entry =
+                places.entry(hasher.hash_one(corners), is_here, hash).or_insert([None; 2]);
+            let sides = entry.get_mut();
             if sides[side].is_some() {
                 doubles.repeated.push(face);
                 continue;
             }
             sides[side] = Some(face);
-            if let [Some(front), Some(back)] = sides {
-                doubles.back_to_back.extend([*front, *back]);
+            if let [Some(front), Some(back)] = *sides {
+                doubles.back_to_back.extend([front, back]);
             }
         }
         doubles
     }
+}
+
+/// Returns the corners of a face in an order of their own, to the bit, and on which side of them it
+/// is.
+fn place(mesh: &Mesh, face: u32) -> ([[u64; 3]; 3], usize) {
+    // The sum takes -0 to 0.
+    let corners = mesh.corners(face as usize).map(|c| (c + 0.0).to_array().map(f64::to_bits));
+    let lowest = (0..3).min_by_key(|i| corners[*i]).unwrap_or(0);
+    let [a, b, c] = [0, 1, 2].map(|i| corners[(lowest + i) % 3]);
+    if b <= c { ([a, b, c], 0) } else { ([a, c, b], 1) }
 }
 
 #[cfg(test)]

@@ -271,7 +271,7 @@ pub(super) fn is_degenerate(mesh: &Mesh, face: usize) -> bool {
 }
 
 /// Finds the faces whose three vertices an earlier face has, in ascending order.
-pub(super) fn duplicate_faces(mesh: &Mesh) -> Vec<u32> {
+pub(crate) fn duplicate_faces(mesh: &Mesh) -> Vec<u32> {
     let sorted = || {
         let faces = mesh.triangles().iter().enumerate().filter(|(_, t)| !is_collapsed(t));
         faces.map(|(face, &triangle)| {

@@ -6,8 +6,8 @@
 
 use glam::DVec3;
 
-use crate::math::Aabb;
 use crate::math::choice::choice;
+use crate::math::{Aabb, require_measurable};
 use crate::{Error, Result};
 
 /// Holds vertices and the triangles that join them; counter-clockwise seen from outside where the
@@ -163,6 +163,21 @@ impl Mesh {
     pub fn bounds(&self) -> Aabb {
         let used = self.triangles.iter().flatten();
         Aabb::of_points(used.map(|&v| self.positions[v as usize]))
+    }
+
+    /// Asks for a size whose areas and volumes can be computed. Vertices that are not finite are
+    /// for others to judge.
+    ///
+    /// # Errors
+    /// [`Error::Geometry`] when it is below 1e-60 or above 1e60 m.
+    pub fn require_measurable(&self) -> Result<()> {
+        let Aabb { min, max } = self.bounds();
+        if !(min.is_finite() && max.is_finite()) {
+            return Ok(());
+        }
+        let (size, reach) = ((max - min).max_element(), min.abs().max(max.abs()).max_element());
+        require_measurable("the size of the mesh", size)?;
+        require_measurable("its distance from the origin", reach)
     }
 
     /// Makes a copy `factor` times as large: 0.001 for a file in millimetres.

@@ -132,6 +132,12 @@ impl Coefficients {
         Self { lmax, a, b }
     }
 
+    /// Returns the highest degree with a coefficient that is not 0; 0 where there is none.
+    pub fn degree_in_use(&self) -> usize {
+        let last = (0..self.a.len()).rev().find(|&i| self.a[i] != 0.0 || self.b[i] != 0.0);
+        (0..=self.lmax).find(|&l| last < Some(index(l + 1, 0))).unwrap_or(0)
+    }
+
     /// Multiplies the function by `k`.
     pub fn scaled(mut self, k: f64) -> Self {
         self.a.iter_mut().chain(&mut self.b).for_each(|c| *c *= k);
@@ -181,6 +187,8 @@ mod tests {
         c.set(1, 1, 0.5, -0.5);
         c.set(3, 2, 0.1, 0.2);
         assert_eq!(c.truncated(5).truncated(3), c);
+        assert_eq!((c.degree_in_use(), c.truncated(900).degree_in_use()), (3, 3));
+        assert_eq!(Coefficients::zeros(7).degree_in_use(), 0);
         assert_eq!(c.truncated(2).cosines(), &c.cosines()[..6]);
     }
 

@@ -32,7 +32,7 @@ struct SeriesKey {
 
 /// A series from a file, and the surfaces made of it.
 pub(super) struct SharedSh {
-    /// The series, at the degree asked for.
+    /// The series: up to the degree asked for, or to the last that the file has something of.
     pub(super) series: Coefficients,
     /// The point of the file that is the origin of the surfaces.
     pub(super) centre: DVec3,
@@ -174,6 +174,8 @@ fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<(Shar
     let input = Input::open_file(path)?;
     let ((series, centre, fit), read) = if SeriesFormat::of_extension(path).is_some() {
         let (shape, read) = coefficients::read_as_stated(input)?;
+        // Zeros at the end cost as much as other coefficients.
+        let degree = degree.min(shape.coefficients.degree_in_use());
         ((shape.coefficients.truncated(degree), shape.centre, None), read)
     } else {
         let settings = FitSettings { centre, ..FitSettings::of_degree(degree) };
@@ -280,6 +282,27 @@ mod tests {
         assert!(Arc::ptr_eq(&first.surface, &again.surface));
         let read = shared.read(&path).expect("was read").file.to_string();
         assert!(read.starts_with(&format!("{} bytes, fnv1a64:", CUBE.len())), "{read}");
+    }
+
+    #[test]
+    fn degree_above_that_of_the_file_costs_what_the_file_costs() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("egg.txt");
+        let mut c = Coefficients::zeros(6);
+        c.set(0, 0, 1.0, 0.0);
+        c.set(3, 2, 0.0, 0.1);
+        let bytes = coefficients::encode(
+            &crate::fit::Shape::new(c.clone()),
+            SeriesFormat::Text,
+            &coefficients::WriteOptions::default(),
+        );
+        std::fs::write(&path, bytes.expect("encodes")).expect("written");
+        let mut shared = SharedSurfaces::default();
+        for (degree, used) in [(1400, 3), (3, 3), (2, 2)] {
+            let sh = shared.sh(&path, degree, None).expect("is there");
+            assert_eq!(sh.series.lmax(), used, "{degree}");
+            assert!((sh.series.mean() - 1.0).abs() <= 1e-15);
+        }
     }
 
     #[test]

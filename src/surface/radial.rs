@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::shell::Shell;
 use crate::Result;
-use crate::math::Ray;
+use crate::math::{Ray, require_measurable};
 use crate::sh::{Bounds, Coefficients, Series, least, rounding};
 
 /// Holds a star-shaped body about the origin: the series of its radius, positive everywhere, with
@@ -66,6 +66,7 @@ impl RadialBody {
         if !is_positive {
             least(coefficients)?.require_positive(bounds.max)?;
         }
+        require_measurable("the largest radius", bounds.max)?;
         let series = Series::new(coefficients)?;
         Ok(Self {
             shell: Shell::new(&series, &bounds),

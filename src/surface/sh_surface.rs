@@ -60,14 +60,17 @@ impl ShSurface {
     ///
     /// # Errors
     /// [`Error::Geometry`] when the radius is not certainly positive; [`Error::Parameter`] for a
-    /// degree too high or an intersector whose step or tolerance is not positive.
+    /// degree too high, an intersector whose step is below
+    /// [`StepBisection::SHORTEST_STEP`] or whose tolerance is not positive.
     pub fn new(coefficients: &Coefficients, intersector: Intersector) -> Result<Self> {
         if let Intersector::StepBisection(s) = intersector
-            && !(s.step > 0.0 && s.tolerance > 0.0)
+            && !(s.step >= StepBisection::SHORTEST_STEP && s.tolerance > 0.0)
         {
-            return Err(Error::Parameter(
-                "step and tolerance of the step-bisection intersector must be positive".into(),
-            ));
+            return Err(Error::Parameter(format!(
+                "the step of the step-bisection intersector must be {:e} or more, and its \
+                 tolerance positive",
+                StepBisection::SHORTEST_STEP
+            )));
         }
         let body = RadialBody::new(coefficients)?;
         let tracer = match intersector {
@@ -269,8 +272,10 @@ mod tests {
             ShSurface::new(&sphere(-1.0), Intersector::Certified),
             Err(Error::Geometry(_))
         ));
-        let march = Intersector::StepBisection(StepBisection { step: 0.0, tolerance: 1e-9 });
-        assert!(matches!(ShSurface::new(&sphere(1.0), march), Err(Error::Parameter(_))));
+        for step in [0.0, 1e-12, f64::NAN] {
+            let march = Intersector::StepBisection(StepBisection { step, tolerance: 1e-9 });
+            assert!(matches!(ShSurface::new(&sphere(1.0), march), Err(Error::Parameter(_))));
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::math::Ray;
 /// Sets the march, relative to the largest radius of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepBisection {
-    /// The step of the march, in largest radii; positive.
+    /// The step of the march, in largest radii; at least [`StepBisection::SHORTEST_STEP`].
     pub step: f64,
     /// The length, in largest radii, of the bracket at which bisection ends; positive.
     pub tolerance: f64,
@@ -24,6 +24,9 @@ impl Default for StepBisection {
 }
 
 impl StepBisection {
+    /// The shortest step, in largest radii: a ray through the body takes 200 000 of them.
+    pub const SHORTEST_STEP: f64 = 1e-5;
+
     /// Finds the first sign change of the gap that the march sees, with the gap at the end of the
     /// bisection.
     pub fn first_crossing(&self, body: &RadialBody, ray: &Ray) -> Option<(f64, Gap)> {

@@ -21,6 +21,10 @@ fn in_flags(advice: &Advice) -> String {
         Advice::FitEnvelope => "`harmolux fit --not-star outermost` (or first, mean) \
             fits an envelope of a mesh with small folds"
             .to_owned(),
+        Advice::SkipCrossings => {
+            "drop repeated faces with `--repair`, or leave crossings out with `--skip-crossings`"
+                .to_owned()
+        }
         Advice::AcceptFolds => {
             "raise `--not-star-limit`, give another centre, or cut the mesh in parts".to_owned()
         }

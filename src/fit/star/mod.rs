@@ -182,6 +182,7 @@ fn check_faces(mesh: &Mesh) -> Result<()> {
              the face"
         )));
     }
+    mesh.require_measurable()?;
     if planes(mesh).next().is_none() {
         return Err(Error::Geometry(
             "no face of the mesh has an area, so no point can be said to see it; check the file"

@@ -14,6 +14,7 @@ mod lat_long;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::math::require_measurable;
 use crate::mesh::Mesh;
 use crate::sh::{Coefficients, Series};
 use crate::{Error, Result, memory};
@@ -126,6 +127,7 @@ pub fn tessellate(
     resolution: Resolution,
 ) -> Result<Tessellation> {
     resolution.check(coefficients.mean())?;
+    require_measurable("the mean radius", coefficients.mean().abs())?;
     ask_for(resolution.faces().unwrap_or(0))?;
     let series = Series::new(coefficients)?;
     let sphere = match resolution {

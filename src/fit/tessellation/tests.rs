@@ -162,3 +162,14 @@ fn a_ball_takes_an_icosahedron_when_that_will_do() {
     assert!(measured <= exact && measured >= 0.9 * exact, "{measured} {exact}");
     assert!(bound.is_some_and(|b| b >= exact && b <= 1.25 * exact));
 }
+
+#[test]
+fn radii_whose_areas_no_number_holds_are_refused() {
+    for radius in [1e-310, 1e-100, 1e150, 1e300] {
+        let mut ball = Coefficients::zeros(1);
+        ball.set(0, 0, radius, 0.0);
+        let resolution = Resolution::Adaptive { tolerance: 1e-3 * radius };
+        let error = tessellate(&ball, DVec3::ZERO, resolution).expect_err("refused").to_string();
+        assert!(error.starts_with("the mean radius is"), "{error}");
+    }
+}

@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use super::rows::{Triangle, cells, coefficient, digits, lines};
+use super::rows::{Triangle, begins, cells, coefficient, digits, lines};
 use super::shtools_text::header_lines;
 use super::{ReadOptions, annotated};
 use crate::Result;
@@ -37,7 +37,7 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
 /// Returns this layout from the other: the fourth row is `1, -1, value`.
 pub(super) fn is_dov(text: &str) -> bool {
     let mut rows = lines(text).skip(header_lines(text));
-    rows.nth(3).is_some_and(|(line, _)| cells(line).starts_with(&["1", "-1"]))
+    rows.nth(3).is_some_and(|(line, _)| begins(line, ["1", "-1"]))
 }
 
 fn rows(path: &Path, text: &str, ours: bool, convention: Convention) -> Result<Coefficients> {

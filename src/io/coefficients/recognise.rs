@@ -62,10 +62,9 @@ fn text(bytes: &[u8]) -> Option<SeriesFormat> {
 
 /// Returns a coefficient text by our title, or by its rows `0, 0, C` and `1, 0, C`.
 fn is_text(head: &str) -> bool {
-    use super::rows::{cells, lines};
+    use super::rows::{begins, lines};
     let mut rows = lines(head).skip(super::shtools_text::header_lines(head));
-    let mut starts =
-        |place: [&str; 2]| rows.next().is_some_and(|(line, _)| cells(line).starts_with(&place));
+    let mut starts = |place: [&str; 2]| rows.next().is_some_and(|(line, _)| begins(line, place));
     super::annotated::is_ours(head) || starts(["0", "0"]) && starts(["1", "0"])
 }
 

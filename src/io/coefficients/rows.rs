@@ -126,7 +126,17 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (&str, usize)> + Clone {
 
 /// Splits a row at commas and blanks.
 pub(super) fn cells(line: &str) -> Vec<&str> {
-    line.split([',', ' ', '\t']).filter(|cell| !cell.is_empty()).collect()
+    each_cell(line).collect()
+}
+
+/// Goes through the cells of a row, of which one that is no row may have millions.
+pub(super) fn each_cell(line: &str) -> impl Iterator<Item = &str> {
+    line.split([',', ' ', '\t']).filter(|cell| !cell.is_empty())
+}
+
+/// Whether a row begins with these two cells.
+pub(super) fn begins(line: &str, place: [&str; 2]) -> bool {
+    each_cell(line).take(2).eq(place)
 }
 
 /// Checks that a row stands where it must.

@@ -114,8 +114,8 @@ struct Header {
 
 impl Header {
     fn read(line: &str) -> Option<Self> {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let [radius, gm, error, degree, order, state, longitude, latitude, ..] = *cells else {
+        let cells: Vec<&str> = line.split(',').map(str::trim).take(8).collect();
+        let [radius, gm, error, degree, order, state, longitude, latitude] = *cells else {
             return None;
         };
         let real = |text: &str| text.replace(['D', 'd'], "E").parse::<f64>().is_ok();

@@ -7,7 +7,9 @@
 
 use std::path::Path;
 
-use super::rows::{Triangle, cells, check_place, coefficient, digits, lines, number};
+use super::rows::{
+    Triangle, begins, cells, check_place, coefficient, digits, each_cell, lines, number,
+};
 use super::{ReadOptions, annotated};
 use crate::Result;
 use crate::error::InputError;
@@ -61,10 +63,11 @@ fn rows(path: &Path, text: &str, ours: bool, convention: Convention) -> Result<C
 /// author's. A first line that looks like a row is one, so that no broken row passes for a header.
 pub(super) fn header_lines(text: &str) -> usize {
     let is_row = |line: &str| {
-        let cells = cells(line);
-        cells.len() > 2 && cells[..2].iter().all(|cell| cell.parse::<i64>().is_ok())
+        let mut cells = each_cell(line);
+        let whole = cells.by_ref().take(2).filter(|cell| cell.parse::<i64>().is_ok());
+        whole.count() == 2 && cells.next().is_some()
     };
-    let starts = |line: &str| cells(line).starts_with(&["0", "0"]);
+    let starts = |line: &str| begins(line, ["0", "0"]);
     let found =
         lines(text).take(HEADER_LINES + 1).position(|(line, _)| is_row(line) || starts(line));
     match found {

@@ -326,14 +326,6 @@ mod tests {
         assert_eq!(mesh.triangles(), [[4, 2, 1], [4, 1, 3], [4, 1, 3]]);
     }
 
-    #[test]
-    fn memory_that_is_not_there_is_refused() {
-        let source = Source::of_bytes(Path::new("test.obj"), b"");
-        assert!(require_memory(&source, 1000).is_ok());
-        let error = require_memory(&source, usize::MAX).unwrap_err().to_string();
-        assert!(error.contains("MB of memory, which are not free\n  help: "), "{error}");
-    }
-
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: prop::test_runner::RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
 

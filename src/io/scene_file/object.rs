@@ -15,7 +15,7 @@ use super::vectors::{direction, point, point_if};
 use crate::Result;
 use crate::math::Unit;
 use crate::mesh::UpAxis;
-use crate::surface::Intersector;
+use crate::surface::{Intersector, StepBisection};
 
 /// Describes a shape and what it is made of.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -346,8 +346,8 @@ pub struct ShSpec {
     /// How rays are met.
     #[serde(default, deserialize_with = "intersector")]
     pub intersector: Intersector,
-    /// The step of [`Intersector::StepBisection`], in units of the largest radius, above 0; only
-    /// there.
+    /// The step of [`Intersector::StepBisection`], in units of the largest radius, at least
+    /// [`StepBisection::SHORTEST_STEP`]; only there.
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
     pub step: Option<f64>,
     /// The tolerance of [`Intersector::StepBisection`], in units of the largest radius, between 0
@@ -378,6 +378,18 @@ impl ShSpec {
                 );
                 let help = format!("add `intersector = \"step-bisection\"`, or leave `{key}` out");
                 Err(entry.error(key, message, &help))
+            }
+            _ => self.check_step(entry),
+        }
+    }
+
+    fn check_step(&self, entry: &Entry) -> Result<()> {
+        let shortest = StepBisection::SHORTEST_STEP;
+        match self.step {
+            Some(step) if step < shortest => {
+                let message = format!("`step` of {step:e} takes {:.0e} steps a ray", 2.0 / step);
+                let help = format!("the shortest step is {shortest:e} largest radii");
+                Err(entry.error("step", message, &help))
             }
             _ => Ok(()),
         }

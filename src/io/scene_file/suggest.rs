@@ -12,12 +12,18 @@ pub(super) fn suggest<S: AsRef<str>>(found: &str, valid: &[S], what: &str) -> St
     }
 }
 
+/// The bytes of the longest name that is compared with others.
+const LONGEST: usize = 100;
+
 /// Finds the nearest name by Damerau-Levenshtein distance, if no more than a third of its letters
 /// (and two at least) are wrong.
 pub(super) fn nearest<'a, S: AsRef<str>>(found: &str, valid: &'a [S]) -> Option<&'a str> {
-    let found = found.to_lowercase();
+    // The time grows as the product of both lengths.
+    let is_short = |name: &&str| name.len() <= LONGEST;
+    let found = Some(found).filter(is_short)?.to_lowercase();
     let distance = |name: &str| strsim::damerau_levenshtein(&found, &name.to_lowercase());
-    let ranked = valid.iter().map(|name| (distance(name.as_ref()), name.as_ref()));
+    let names = valid.iter().map(AsRef::as_ref).filter(is_short);
+    let ranked = names.map(|name| (distance(name), name));
     let (distance, name) = ranked.min_by_key(|&(distance, _)| distance)?;
     // A name of which nothing is left is no misspelling: `x` is not `at`.
     let length = name.chars().count();
@@ -130,6 +136,13 @@ mod tests {
         assert_eq!(nearest("fvo", &["from", "to", "fov"]), Some("fov"));
         assert_eq!(nearest("Walls", &["floor", "walls"]), Some("walls"));
         assert_eq!(nearest("colour_temperature", &["colour", "at"]), None);
+    }
+
+    #[test]
+    fn names_too_long_to_be_misspelt_are_not_compared() {
+        let [long, longer] = [200_000, 200_001].map(|n| "a".repeat(n));
+        assert_eq!(nearest(&long, &[&longer, "walls"]), None);
+        assert_eq!(nearest("wals", &[&long, "walls"]), Some("walls"));
     }
 
     #[test]

@@ -83,7 +83,8 @@ impl fmt::Display for RepairReport {
 /// which leaves the surface as it is.
 ///
 /// # Errors
-/// [`Error::Parameter`] unless the welding distance is finite and not negative.
+/// [`Error::Parameter`] unless the welding distance is finite and not negative;
+/// [`Error::Geometry`] for a mesh so small or large that areas cannot be computed.
 ///
 /// ```
 /// use glam::DVec3;
@@ -101,6 +102,7 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, RepairRep
             settings.weld
         )));
     }
+    mesh.require_measurable()?;
     let mut done = RepairReport::default();
     let mut mesh = weld::welded(mesh, settings.weld, &mut done)?;
     mesh = without_collapsed(&mesh, &mut done)?;

@@ -55,9 +55,9 @@ impl MeshSurface {
         let count = mesh.triangles().len();
         let advice = memory::fewer(count, "take a coarser mesh");
         memory::ask(400.0 * count as f64, format_args!("tracing {count} triangles"), advice)?;
-        let boxes = (0..mesh.triangles().len()).map(|f| Aabb::of_points(mesh.corners(f)));
-        let boxes: Vec<_> = boxes.collect();
         check_finite(&mesh)?;
+        mesh.require_measurable()?;
+        let boxes = boxes(&mesh);
         let areas = cumulative_areas(&mesh)?;
         let (tree, order) = Bvh::build_padded(&boxes);
         let leaves = order.as_chunks::<LANES>().0.iter();
@@ -296,6 +296,20 @@ impl Around {
     }
 }
 
+/// Bounds the faces; empty for those that no ray need be compared with: where two corners are one
+/// the neighbours share the edge, and what repeats a face is met where that is.
+fn boxes(mesh: &Mesh) -> Vec<Aabb> {
+    let bounds = |face: usize| match mesh.corners(face) {
+        [a, b, c] if a == b || b == c || c == a => Aabb::EMPTY,
+        corners => Aabb::of_points(corners),
+    };
+    let mut boxes: Vec<_> = (0..mesh.triangles().len()).map(bounds).collect();
+    for face in Doubles::of(mesh).repeated {
+        boxes[face as usize] = Aabb::EMPTY;
+    }
+    boxes
+}
+
 /// Sums the areas face by face.
 fn cumulative_areas(mesh: &Mesh) -> Result<Vec<f64>> {
     let mut sum = 0.0;
@@ -369,6 +383,22 @@ mod tests {
             })
         };
         surface.blocks.iter().filter_map(meet).map(|m| m.distance).reduce(f64::min)
+    }
+
+    #[test]
+    fn layers_in_one_place_are_met_once() {
+        // A polygon that goes round and round its three corners.
+        let cycle = |i: u32| [0, (i + 1) % 3, (i + 2) % 3];
+        let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let faces = (0..30_000).map(cycle).chain([[0, 2, 1], [0, 1, 3]]).collect();
+        let surface = MeshSurface::new(Mesh::new(corners, faces).expect("in range"));
+        let surface = surface.expect("has an area");
+        // What is left: one layer, its back, and the wall.
+        let faces = |block: &Block| (0..LANES).map(|lane| block.face(lane).0).collect::<Vec<_>>();
+        let kept: HashSet<u32> = surface.blocks.iter().flat_map(faces).collect();
+        assert_eq!(kept, HashSet::from([0, 30_000, 30_001]));
+        let down = Ray::new(DVec3::new(0.2, 0.3, 1.0), DVec3::NEG_Z);
+        assert_eq!(surface.hit(&down).map(|hit| hit.distance), Some(1.0));
     }
 
     #[test]

@@ -22,6 +22,9 @@ const REACH: u16 = OCTAVE / 2;
 /// The prices of a bit that are tried, in squared steps.
 const PRICES: [f64; 5] = [0.04, 0.07, 0.1, 0.13, 0.16];
 
+/// The most coefficients of which all are looked at to choose a law and a price.
+const MANY: usize = 1 << 14;
+
 /// Returns the step with a number: all its 8 significant bits are in the 16 bits of the number.
 pub(super) fn step(number: u16) -> f64 {
     f64::from(f32::from_bits(u32::from(number) << 16))
@@ -57,7 +60,7 @@ pub(super) fn choose(values: &[f64], lmax: usize, tolerance: f64) -> Option<Choi
     let plain = largest(&problem, start, 0.0, None)?;
     let mut best = improved(plain, lmax);
     // Past this many coefficients the best price is always about the same.
-    let prices = if values.len() > 1 << 14 { &PRICES[2..3] } else { &PRICES };
+    let prices = if values.len() > MANY { &PRICES[2..3] } else { &PRICES };
     let (law, near) = (best.law, Some(best.step));
     for price in prices {
         match largest(&problem, law, *price, near) {
@@ -72,9 +75,8 @@ pub(super) fn choose(values: &[f64], lmax: usize, tolerance: f64) -> Option<Choi
 /// step, if not strictly), among all or around `near`.
 fn largest(problem: &Problem, law: Law, price: f64, near: Option<u16>) -> Option<Choice> {
     let keeps = |number: u16| {
-        let choice = quantised(problem, number, law, price)?;
-        (error(problem.values, &choice.numbers, step(number)) <= problem.tolerance)
-            .then_some(choice)
+        let numbers = quantised(problem, number, law, price)?;
+        (error(problem.values, &numbers, step(number)) <= problem.tolerance).then_some(numbers)
     };
     // Plain rounding keeps half of the tolerance at this step, whatever the values.
     let least = step_below(problem.tolerance / (problem.values.len() as f64).sqrt())?;
@@ -86,11 +88,12 @@ fn largest(problem: &Problem, law: Law, price: f64, near: Option<u16>) -> Option
     while high - low > 1 {
         let middle = low + (high - low) / 2;
         match keeps(middle) {
-            Some(choice) => (low, best) = (middle, choice),
+            Some(numbers) => (low, best) = (middle, numbers),
             None => high = middle,
         }
     }
-    Some(best)
+    let bits = Known::new(&best, problem.lmax, law, 1).cost(law);
+    Some(Choice { law, step: low, numbers: best, bits })
 }
 
 /// Returns the number of the largest step up to `size`, when there is one with room above it.
@@ -99,38 +102,38 @@ fn step_below(size: f64) -> Option<u16> {
     (FIRST_STEP..LAST_STEP - ROOM).contains(&number).then_some(number)
 }
 
-fn quantised(problem: &Problem, number: u16, law: Law, price: f64) -> Option<Choice> {
+fn quantised(problem: &Problem, number: u16, law: Law, price: f64) -> Option<Vec<i64>> {
     let step = step(number);
-    let first = problem.values.first()? / step;
+    if price == 0.0 {
+        return problem.values.iter().map(|value| whole(value / step)).collect();
+    }
     let mut context = Context::new(law);
     let mut numbers = Vec::with_capacity(problem.values.len());
-    let mut bits = 0.0;
-    numbers.push(whole(first)?);
+    numbers.push(whole(problem.values.first()? / step)?);
     for place in Place::all(problem.lmax) {
-        let (value, cost) = cheapest(problem.values[place.index()] / step, &context, place, price)?;
+        let value = cheapest(problem.values[place.index()] / step, &context, place, price)?;
         context.push(value);
         numbers.push(value);
-        bits += cost;
     }
-    Some(Choice { law, step: number, numbers, bits })
+    Some(numbers)
 }
 
 /// Chooses between the nearest number, its neighbour towards zero, and zero.
-fn cheapest(x: f64, context: &Context, place: Place, price: f64) -> Option<(i64, f64)> {
+fn cheapest(x: f64, context: &Context, place: Place, price: f64) -> Option<i64> {
     let distribution = context.next(place);
     let nearest = whole(x)?;
-    let mut best = (nearest, distribution.bits(nearest));
-    if distribution.shift > 0 || price == 0.0 {
-        return Some(best);
+    if distribution.shift > 0 {
+        return Some(nearest);
     }
-    let cost = |value: i64, bits: f64| (x - value as f64).powi(2) + price * bits;
+    let cost = |value: i64| (x - value as f64).powi(2) + price * distribution.bits(value);
+    let mut best = (nearest, cost(nearest));
     for value in [nearest - nearest.signum(), 0] {
-        let bits = distribution.bits(value);
-        if cost(value, bits) < cost(best.0, best.1) {
-            best = (value, bits);
+        let cost = cost(value);
+        if cost < best.1 {
+            best = (value, cost);
         }
     }
-    Some(best)
+    Some(best.0)
 }
 
 fn whole(x: f64) -> Option<i64> {
@@ -145,11 +148,14 @@ fn error(values: &[f64], numbers: &[i64], step: f64) -> f64 {
 
 /// Chooses the law anew for the numbers that are given.
 fn improved(choice: Choice, lmax: usize) -> Choice {
-    let mut best = (choice.bits, choice.law);
+    // Of very many numbers some tell as much; an odd stride meets cosines and sines alike.
+    let stride = choice.numbers.len().div_ceil(MANY) | 1;
+    let known_as = |law: Law| Known::new(&choice.numbers, lmax, law, stride);
+    let mut best = (known_as(choice.law).cost(choice.law), choice.law);
     for mirrors in 0..8 {
         // What stands around a place depends on the mirrors alone: the rest of the law is cheap to
         // vary.
-        let known = Known::new(&choice.numbers, lmax, Law { mirrors, ..choice.law });
+        let known = known_as(Law { mirrors, ..choice.law });
         let mut law = Law { mirrors, ..best.1 };
         let mut bits = known.cost(law);
         loop {
@@ -168,7 +174,9 @@ fn improved(choice: Choice, lmax: usize) -> Choice {
             best = (bits, law);
         }
     }
-    Choice { bits: best.0, law: best.1, ..choice }
+    let law = best.1;
+    let bits = Known::new(&choice.numbers, lmax, law, 1).cost(law);
+    Choice { law, bits, ..choice }
 }
 
 /// Lists the laws that differ in the tail, or a little in the power law.
@@ -184,21 +192,24 @@ fn neighbours(law: Law) -> impl Iterator<Item = Law> {
     tails.chain(powers)
 }
 
-/// Holds numbers together with what stands around each.
+/// Holds numbers, all or one of so many, together with what stands around each.
 struct Known(Vec<(usize, Surroundings, i64)>);
 
 impl Known {
-    fn new(numbers: &[i64], lmax: usize, law: Law) -> Self {
+    fn new(numbers: &[i64], lmax: usize, law: Law, stride: usize) -> Self {
         let mut context = Context::new(law);
-        let known = Place::all(lmax).map(|place| {
-            let (around, value) = (context.surroundings(place), numbers[place.index()]);
+        let mut known = Vec::with_capacity(numbers.len() / stride + 1);
+        for place in Place::all(lmax) {
+            let value = numbers[place.index()];
+            if place.index() % stride == 0 {
+                known.push((place.l, context.surroundings(place), value));
+            }
             context.push(value);
-            (place.l, around, value)
-        });
-        Self(known.collect())
+        }
+        Self(known)
     }
 
-    /// Returns the information in the numbers past degree 0, bits.
+    /// Returns the information in these numbers, bits.
     fn cost(&self, law: Law) -> f64 {
         self.0.iter().map(|(l, around, value)| law.distribution(*l, *around).bits(*value)).sum()
     }

@@ -1,5 +1,7 @@
 //! The header of a PLY file: the encoding, and the properties of each element.
 
+use std::collections::HashSet;
+
 use crate::Result;
 use crate::io::meshes::source::{Source, number, shown};
 
@@ -96,9 +98,8 @@ fn finish(source: &Source, encoding: Option<Encoding>, elements: Vec<Element>) -
             "add the line `format ascii 1.0` or what the rows are",
         )
     })?;
-    let twice =
-        elements.iter().enumerate().find(|(i, e)| elements[..*i].iter().any(|f| f.name == e.name));
-    if let Some((_, element)) = twice {
+    let mut names = HashSet::new();
+    if let Some(element) = elements.iter().find(|e| !names.insert(e.name.as_str())) {
         let message = format!("element {} is declared twice", element.name);
         return Err(source.fault_at(element.line, message, "give each element one declaration"));
     }

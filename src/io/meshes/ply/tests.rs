@@ -154,3 +154,12 @@ fn number_of_a_vertex_that_is_not_there_is_located_in_binary() {
     bytes[last..].copy_from_slice(&5_i32.to_le_bytes());
     assert!(error_of(&bytes).starts_with("test.ply: face 4 (from 0): vertex 5 is not there"));
 }
+
+#[test]
+fn very_many_elements_are_told_apart_in_one_pass() {
+    let elements: String = (0..200_000).map(|i| format!("element e{i} 0\n")).collect();
+    let text = PYRAMID.replacen("element nothing", &format!("{elements}element nothing"), 1);
+    assert_eq!(read(text.as_bytes()).expect("readable").triangles().len(), 6);
+    let twice = text.replacen("element nothing", "element e77 1\nelement nothing", 1);
+    assert!(error_of(twice.as_bytes()).contains("element e77 is declared twice"));
+}

@@ -370,6 +370,9 @@ pub(super) const BAD_SHAPES: &[Damage] = &[
     ("\"step-bisection\"", "\"certified\"",
         "33:8: `step` means nothing to this intersector, which steps by its own bounds\n  help: \
          add `intersector = \"step-bisection\"`, or leave `step` out"),
+    ("step = 0.01", "step = 1e-12",
+        "33:8: `step` of 1e-12 takes 2e12 steps a ray\n  help: the shortest step is 1e-5 largest \
+         radii"),
     ("\"step-bisection\"", "\"march\"",
         "32:15: `intersector` in [objects.\"the head\".sh] cannot be `march`\n  help: the words \
          here are `patches`, `certified` and `step-bisection`"),
