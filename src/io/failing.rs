@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::{self, Cursor, ErrorKind, Read, Seek, SeekFrom, Write};
 
-use super::output::{Kind, Output, ReadWriteSeek};
+use super::output::{Kind, Output, ReadWriteSeek, Stage};
 
 /// A file that takes so many writes, each of 64 bytes at most.
 struct Failing {
@@ -44,13 +44,14 @@ pub(super) fn in_turn(
     let path = folder.path().join("old").with_extension(kind.extensions[0]);
     fs::write(&path, "old").expect("written");
     for count in 0.. {
-        let output = Output::open(&path, kind, true).expect("may be replaced");
+        let mut output = Output::open(&path, kind, true).expect("may be replaced");
         let mut file = Failing { file: Cursor::default(), left: count };
-        let done = output.write_with(&mut |to| {
+        let done = output.write_with(Stage::Complete, &mut |to| {
             let filled = fill(&mut file);
             to.write_all(file.file.get_ref())?;
             filled
         });
+        drop(output);
         let now = fs::read(&path).expect("there");
         assert_eq!(
             fs::read_dir(folder.path()).expect("there").count(),

@@ -11,7 +11,7 @@ use harmolux::io::coefficients::compact::Tolerance;
 use harmolux::io::coefficients::{SeriesFormat, WriteOptions, binary, compact, encode};
 use harmolux::io::images::Exr;
 use harmolux::io::meshes::{self, MeshFormat};
-use harmolux::io::output::{Kind, Output};
+use harmolux::io::output::{Claim, Kind};
 use harmolux::math::Rgb;
 use harmolux::mesh::Mesh;
 use harmolux::scene::Film;
@@ -151,7 +151,7 @@ fn pictures(seeds: &mut Vec<Seed>) -> Done {
     seeds.push(("exr", "small".into(), Exr::new(3, 2).with_colour("", &pixels)?.to_bytes()?));
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("a.checkpoint");
-    let mut claim = Output::open(&path, &Kind::CHECKPOINT, false)?.claim()?;
+    let mut claim = Claim::open(&path, &Kind::CHECKPOINT, false)?;
     checkpoint::write(&mut claim, &checkpoint_of(), &Film::new([3, 2], 4)?)?;
     seeds.push(("checkpoint", "empty".into(), fs::read(&path)?));
     Ok(())

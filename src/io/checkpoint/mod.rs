@@ -299,7 +299,7 @@ impl<R: Read> Reader<'_, R> {
 mod tests {
     use super::*;
     use crate::io::failing;
-    use crate::io::output::{Output, ReadWriteSeek};
+    use crate::io::output::ReadWriteSeek;
     use std::fs;
     use std::path::PathBuf;
 

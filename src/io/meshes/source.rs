@@ -4,7 +4,7 @@
 //! Nothing here holds more than a buffer and one line, so that what a reader takes is the mesh it
 //! makes.
 
-use std::io::{BufRead, Read};
+use std::io::Read;
 use std::path::Path;
 
 use glam::DVec3;

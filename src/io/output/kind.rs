@@ -19,8 +19,8 @@ const MARKED_WITHIN: u64 = 1024;
 /// Describes a kind of file: its extensions, and how to tell one that this program wrote.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Kind {
-    pub(super) name: &'static str,
-    pub(super) extensions: &'static [&'static str],
+    pub(in crate::io) name: &'static str,
+    pub(in crate::io) extensions: &'static [&'static str],
     pub(super) start: Cow<'static, [u8]>,
     pub(super) mark: Mark,
 }
