@@ -137,6 +137,23 @@ fn rooms_name_only_the_rooms_they_may() {
     assert!(wrong.is_empty(), "forbidden arrows:\n{}", wrong.join("\n"));
 }
 
+/// Who opens files, but for `io::input`: who writes them, and who reads its own again.
+const OPEN_THEIR_OWN: [&str; 2] = ["src/io/output", "src/io/checkpoint"];
+
+#[test]
+fn inputs_are_opened_in_one_place() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let opens = |file: &Path| {
+        let code = code(&fs::read_to_string(file).expect("readable"));
+        ["fs::read(", "fs::read_to_string(", "File::open("].iter().any(|call| code.contains(call))
+    };
+    let files = ["src", "bins"].map(|folder| sources(&root.join(folder))).concat();
+    let opening = files.iter().filter(|file| opens(file));
+    let opening = opening.map(|file| file.strip_prefix(root).expect("in the repository"));
+    let strangers = opening.filter(|file| !OPEN_THEIR_OWN.iter().any(|own| file.starts_with(own)));
+    assert_eq!(strangers.collect::<Vec<_>>(), [Path::new("src/io/input.rs")]);
+}
+
 #[test]
 fn every_folder_of_src_is_a_room() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");

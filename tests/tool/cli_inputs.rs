@@ -84,7 +84,7 @@ fn pipes_give_what_files_give() {
         ),
         ("convert in a.ply", "in", &stone),
         ("diff in in", "in", &rock),
-        ("diff rock.txt in", "in", &stone),
+        ("diff rock.txt in --width 0.1", "in", &stone),
         ("mesh in -o a.ply --resolution 2", "in", &rock),
         ("transform in -o a.txt -l 2", "in", &rock),
         ("mean in rock.txt -o a.txt", "in", &rock),
@@ -94,7 +94,7 @@ fn pipes_give_what_files_give() {
         ("falsecolor in -o a.svg", "in", LUX.as_bytes()),
         ("probe in.toml", "in.toml", ROOM.as_bytes()),
     ] {
-        let line = if line == "diff in in" { "diff in rock.txt" } else { line };
+        let line = if line == "diff in in" { "diff in rock.txt --width 0.1" } else { line };
         let [file, pipe] = [false, true].map(|piped| {
             let desk = Desk::new().with("rock.txt", &rock);
             put(&desk, input, bytes, piped);
