@@ -56,28 +56,28 @@ at = [2, 2.5, 1.5]
 material = "white"
 """
 VERBS = """\
-render room.toml --size 4096x4096 -o a.png
-render room.toml -o a.exr
-render head.toml -o a.exr
-illum grid.toml -o a.csv
+render room.toml --size 4096x4096 -o a.png --force
+render room.toml -o a.exr --force
+render head.toml -o a.exr --force
+illum grid.toml -o a.csv --force
 probe room.toml --quick
 exact sobolev
-falsecolor large.exr -o a.png
+falsecolor large.exr -o a.png --force
 check ball.ply
-check ball.ply --repair -o a.obj
-fit ball.ply -l 100 -o a.txt
-fit ball.ply -l 16 -o b.txt
+check ball.ply --repair -o a.obj --force
+fit ball.ply -l 100 -o a.txt --force
+fit ball.ply -l 16 -o b.txt --force
 info high.txt
 info ball.ply
-convert high.txt a.bshc
-convert ball.ply a.obj
-sweep ball.ply -l 4,64 -o out
-spectrum high.txt -o a.svg
+convert high.txt a.bshc --force
+convert ball.ply a.obj --force
+sweep ball.ply -l 4,64 -o out --force
+spectrum high.txt -o a.svg --force
 diff ball.ply high.txt
-mesh high.txt -o a.ply --resolution 300
-transform high.txt --euler 10,20,30 -o a.txt
-mean high.txt high.txt -o a.txt
-random --power-law rms=0.05,exponent=4 -l 1000 -o a.txt
+mesh high.txt -o a.ply --resolution 300 --force
+transform high.txt --euler 10,20,30 -o a.txt --force
+mean high.txt high.txt -o a.txt --force
+random --power-law rms=0.05,exponent=4 -l 1000 -o a.txt --force
 """
 
 
@@ -116,8 +116,8 @@ def run(binary, folder, words, way, megabytes):
     bound = (lambda: resource.setrlimit(kind, (size, size))) if kind else None
     flag = [] if kind else ["--max-memory", f"{megabytes}M"]
     try:
-        done = subprocess.run([binary, *words, *flag, *(["--force"] if "-o" in words else [])],
-                              cwd=folder, preexec_fn=bound, env=ENVIRONMENT, capture_output=True, timeout=300,
+        done = subprocess.run([binary, *words, *flag], cwd=folder, preexec_fn=bound, timeout=300,
+                              env=ENVIRONMENT, capture_output=True,
                               input=b"1 1 1 0 0 1\n" * 500_000 if words[0] == "probe" else b"")
     except subprocess.TimeoutExpired:
         return "time out", ""

@@ -17,4 +17,5 @@ mod cli_illum;
 mod cli_render;
 mod cli_shapes;
 mod golden;
+mod memory;
 mod on_surface;

@@ -217,7 +217,7 @@ impl Shown {
             other => format!("{}: {other}", group.name),
         };
         let grid = Isolux {
-            title,
+            title: short(&title),
             unit: unit.clone(),
             lattice,
             values: group.values,
@@ -356,5 +356,10 @@ fn coordinate(x: f64) -> String {
 
 /// Writes a unit as it is printed: cd/m\u{b2}.
 fn written(unit: &str) -> String {
-    unit.replace("m2", "m\u{b2}")
+    short(&unit.replace("m2", "m\u{b2}"))
+}
+
+/// Cuts a text that is to be drawn at 200 letters.
+fn short(text: &str) -> String {
+    text.chars().take(200).collect()
 }
