@@ -9,11 +9,9 @@ panic. The ways to limit: `as` is `ulimit -v`, `data` is `ulimit -d`, `flag` is 
 
 import argparse
 import collections
-import math
 import os
 import pathlib
 import resource
-import struct
 import subprocess
 import sys
 import tempfile
@@ -23,90 +21,39 @@ ENVIRONMENT = {**os.environ, "RUST_BACKTRACE": "0"}
 LIMITS = "50,64,80,100,150,200,300,500,700,1000,2000,4000"
 SCENE = """\
 format = 1
-[materials.white.lambert]
-reflectance = 0.7
-[objects.room.box]
-min = [0, 0, 0]
-max = [4, 5, 3]
-inward = true
-material = "white"
-[lights.lamp.point]
-at = [2, 2.5, 2.8]
-intensity = 200
-[cameras.main.perspective]
-from = [0.5, 0.5, 1.6]
-to = [3, 4, 1]
-fov = 60
-resolution = [16, 16]
-[render]
-stop.time = "1s"
-[illum]
-stop.time = "1s"
+materials.white.lambert.reflectance = 0.7
+objects.room.box = { min = [0, 0, 0], max = [4, 5, 3], inward = true, material = "white" }
+lights.lamp.point = { at = [2, 2.5, 2.8], intensity = 200 }
+cameras.main.perspective = { from = [0, 1, 1], to = [3, 4, 1], fov = 60, resolution = [16, 16] }
+render.stop.time = "1s"
+illum.stop.time = "1s"
 """
-SENSORS = """\
-[sensors.floor.grid]
-on = "room.z_min"
-count = [1000, 1000]
-"""
-HEAD = """\
-[objects.head.sh]
-file = "high.txt"
-degree = {}
-at = [2, 2.5, 1.5]
-material = "white"
-"""
+GRID = 'sensors.floor.grid = { on = "room.z_min", count = [1000, 1000] }\n'
+HEAD = 'objects.head.sh = { file = "high.txt", degree = %s, at = [2, 2.5, 1.5], material = "white" }\n'
 VERBS = """\
-render room.toml --size 4096x4096 -o a.png
-render room.toml -o a.exr
-render head.toml -o a.exr
-illum grid.toml -o a.csv
+render room.toml --size 4096x4096 -o a.png --force
+render room.toml -o a.exr --force
+render head.toml -o a.exr --force
+illum grid.toml -o a.csv --force
 probe room.toml --quick
 exact sobolev
-falsecolor large.exr -o a.png
+falsecolor large.exr -o a.png --force
 check ball.ply
-check ball.ply --repair -o a.obj
-fit ball.ply -l 100 -o a.txt
-fit ball.ply -l 16 -o b.txt
+check ball.ply --repair -o a.obj --force
+fit ball.ply -l 100 -o a.txt --force
+fit ball.ply -l 16 -o b.txt --force
 info high.txt
 info ball.ply
-convert high.txt a.bshc
-convert ball.ply a.obj
-sweep ball.ply -l 4,64 -o out
-spectrum high.txt -o a.svg
+convert high.txt a.bshc --force
+convert ball.ply a.obj --force
+sweep ball.ply -l 4,64 -o out --force
+spectrum high.txt -o a.svg --force
 diff ball.ply high.txt
-mesh high.txt -o a.ply --resolution 300
-transform high.txt --euler 10,20,30 -o a.txt
-mean high.txt high.txt -o a.txt
-random --power-law rms=0.05,exponent=4 -l 1000 -o a.txt
+mesh high.txt -o a.ply --resolution 300 --force
+transform high.txt --euler 10,20,30 -o a.txt --force
+mean high.txt high.txt -o a.txt --force
+random --power-law rms=0.05,exponent=4 -l 1000 -o a.txt --force
 """
-
-
-def ball(path, rings):
-    """Writes a sphere of about 4 rings^2 triangles."""
-    around = 2 * rings
-    points = [(0, 0, 1)]
-    for i in range(1, rings):
-        theta = math.pi * i / rings
-        for j in range(around):
-            phi = 2 * math.pi * j / around
-            point = math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)
-            points.append(point)
-    points.append((0, 0, -1))
-    at = lambda i, j: 1 + (i - 1) * around + j % around
-    last = len(points) - 1
-    faces = [(0, at(1, j), at(1, j + 1)) for j in range(around)]
-    faces += [(last, at(rings - 1, j + 1), at(rings - 1, j)) for j in range(around)]
-    for i in range(1, rings - 1):
-        for j in range(around):
-            a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
-            faces += [(a, b, c), (a, c, d)]
-    with open(path, "wb") as out:
-        properties = "".join(f"property float {axis}\n" for axis in "xyz")
-        out.write(f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n{properties}"
-                  f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-                  .encode())
-        out.write(b"".join(struct.pack("<3f", *p) for p in points))
-        out.write(b"".join(struct.pack("<B3i", 3, *f) for f in faces))
 
 
 def run(binary, folder, words, way, megabytes):
@@ -116,8 +63,8 @@ def run(binary, folder, words, way, megabytes):
     bound = (lambda: resource.setrlimit(kind, (size, size))) if kind else None
     flag = [] if kind else ["--max-memory", f"{megabytes}M"]
     try:
-        done = subprocess.run([binary, *words, *flag, *(["--force"] if "-o" in words else [])],
-                              cwd=folder, preexec_fn=bound, env=ENVIRONMENT, capture_output=True, timeout=300,
+        done = subprocess.run([binary, *words, *flag], cwd=folder, preexec_fn=bound, timeout=300,
+                              env=ENVIRONMENT, capture_output=True,
                               input=b"1 1 1 0 0 1\n" * 500_000 if words[0] == "probe" else b"")
     except subprocess.TimeoutExpired:
         return "time out", ""
@@ -138,25 +85,24 @@ def main():
     parser.add_argument("--binary", default=ROOT / "target/release/harmolux", type=pathlib.Path)
     parser.add_argument("--way", default="as", choices=["as", "data", "flag"])
     parser.add_argument("--megabytes", default=LIMITS)
-    parser.add_argument("--verb", default="", help="only lines that begin so")
-    parser.add_argument("--rings", default=400, type=int, help="the mesh has 4 rings^2 triangles")
+    parser.add_argument("--resolution", default=180, type=int, help="of the mesh: 20 N^2 faces")
     parser.add_argument("--degree", default=200, type=int, help="of the shape")
     parser.add_argument("--show", action="store_true", help="the last line that each run said")
     asked = parser.parse_args()
     limits = [int(number) for number in asked.megabytes.split(",")]
     binary, total = asked.binary.resolve(), collections.Counter()
     with tempfile.TemporaryDirectory() as folder:
-        ball(f"{folder}/ball.ply", asked.rings)
         pathlib.Path(folder, "room.toml").write_text(SCENE)
-        pathlib.Path(folder, "grid.toml").write_text(SCENE + SENSORS)
-        pathlib.Path(folder, "head.toml").write_text(SCENE + HEAD.format(asked.degree))
+        pathlib.Path(folder, "grid.toml").write_text(SCENE + GRID)
+        pathlib.Path(folder, "head.toml").write_text(SCENE + HEAD % asked.degree)
         start = lambda words: subprocess.run([binary, *words.split()], cwd=folder,
                                              capture_output=True)
         start(f"random --power-law rms=0.05,exponent=4 -l {asked.degree} -o high.txt")
+        start(f"mesh high.txt -o ball.ply --resolution {asked.resolution}")
         start("render room.toml --size 400x300 -D render.stop.time=20s -o large.exr")
         print("| run |", " | ".join(f"{limit} MB" for limit in limits), "|")
         print("|:---|" + "---:|" * len(limits))
-        for verb in filter(lambda verb: verb.startswith(asked.verb), VERBS.splitlines()):
+        for verb in VERBS.splitlines():
             ends = [run(binary, folder, verb.split(), asked.way, limit) for limit in limits]
             print(f"| {verb} |", " | ".join(end for end, _ in ends), "|", flush=True)
             total.update(end for end, _ in ends)

@@ -6,6 +6,7 @@
 
 use std::fmt::Display;
 use std::io::{BufRead, Read};
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::{Error, Result};
@@ -71,18 +72,21 @@ pub fn fewer(count: usize, advice: &str) -> impl FnOnce(f64) -> String {
     move |share| format!("about {:.0} would fit; {advice}", (share * count as f64).floor())
 }
 
-/// Reads to the end, at most a third of what is free: what is read is decoded next to it.
+/// Reads to the end, at most a third of what is free: what is read is decoded next to it. `path` is
+/// for errors.
 ///
 /// # Errors
-/// What the reader says, and `OutOfMemory` or `FileTooLarge` where it does not end before.
-pub fn read_to_end(reader: impl Read) -> std::io::Result<Vec<u8>> {
+/// [`Error::Memory`] when it does not end before, [`Error::Io`] when it cannot be read.
+pub fn read_to_end(path: &Path, reader: impl Read) -> Result<Vec<u8>> {
     let most = free() / 3;
     let mut bytes = Vec::new();
-    reader.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
+    let read = reader.take(most.saturating_add(1)).read_to_end(&mut bytes);
+    read.map_err(|e| Error::io(path, "read", e))?;
     if bytes.len() as u64 > most || faults::strikes() {
-        let most = in_words(most as f64);
-        let said = format!("it does not end within {most}, a third of the memory that is free");
-        return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, said));
+        let (path, most) = (path.display(), in_words(most as f64));
+        return Err(Error::Memory(format!(
+            "{path}: it does not end within {most}, a third of the memory that is free; take less"
+        )));
     }
     Ok(bytes)
 }
@@ -256,7 +260,7 @@ mod tests {
 
     #[test]
     fn what_does_not_end_in_time_is_an_error() {
-        let whole = || read_to_end(&b"short"[..]).map_err(|e| Error::io("a".as_ref(), "read", e));
+        let whole = || read_to_end(Path::new("a"), &b"short"[..]);
         assert_eq!(whole().expect("it ends"), b"short");
         assert_eq!(faults::in_turn(whole), 1);
     }

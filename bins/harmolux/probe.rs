@@ -149,7 +149,7 @@ fn report(
 
 fn read_stdin() -> Result<Vec<(glam::DVec3, glam::DVec3)>> {
     let path = Path::new("stdin");
-    let bytes = memory::read_to_end(std::io::stdin()).map_err(|e| Error::io(path, "read", e))?;
+    let bytes = memory::read_to_end(path, std::io::stdin())?;
     let text = String::from_utf8(bytes);
     let text = text.map_err(|_| InputError::new(path, "this is not text (UTF-8)"))?;
     rays::parse(path, &text)

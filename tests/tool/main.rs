@@ -19,4 +19,5 @@ mod cli_inputs;
 mod cli_render;
 mod cli_shapes;
 mod golden;
+mod memory;
 mod on_surface;

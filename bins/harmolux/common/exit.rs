@@ -1,5 +1,6 @@
 //! What the exit code says; 2, for a wrong command line, is clap's own.
 
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use harmolux::Error;
@@ -24,6 +25,7 @@ impl Code {
     pub(crate) fn of(error: &Error) -> Self {
         match error {
             Error::Numeric(_) | Error::Memory(_) => Self::Failed,
+            Error::Io { source, .. } if source.kind() == ErrorKind::OutOfMemory => Self::Failed,
             Error::Advised { error, .. } => Self::of(error),
             _ => Self::BadInput,
         }

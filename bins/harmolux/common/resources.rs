@@ -14,6 +14,9 @@ use crate::common::{exit, say};
 /// The most threads that are started for each core: more have nothing to do but wait.
 const MOST_PER_CORE: usize = 16;
 
+/// The variable that names the number of threads.
+const THREADS: &str = "RAYON_NUM_THREADS";
+
 /// Lets the run end with the exit code of a failure where an allocation that nobody asked for
 /// beforehand is refused: the runtime says on stderr how much it was, and aborts.
 pub(crate) fn fail_when_memory_is_out() {
@@ -55,18 +58,37 @@ pub(crate) fn bytes(text: &str) -> Result<u64, String> {
 /// Starts as many threads as are asked for, by default one per core; fewer, with a warning, where
 /// these are more than are of use or than the system starts.
 pub(crate) fn start_threads(asked: Option<u16>) -> Result<(), ThreadPoolBuildError> {
-    let named = || std::env::var("RAYON_NUM_THREADS").ok()?.parse().ok().filter(|n| *n > 0);
-    let cores = || thread::available_parallelism().map_or(1, NonZero::get);
-    let wanted = asked.map(usize::from).or_else(named).unwrap_or_else(cores);
-    let useful = wanted.min(MOST_PER_CORE * cores());
+    let cores = thread::available_parallelism().map_or(1, NonZero::get);
+    let named = std::env::var(THREADS).ok().and_then(|n| n.parse().ok()).filter(|n| *n > 0);
+    let wanted = asked.map(usize::from).or(named).unwrap_or(cores);
+    let most = MOST_PER_CORE * cores;
+    let useful = wanted.min(most);
     let possible = startable(useful);
     // Where not all could be started, the rest of the work needs some memory as well.
     let count = if possible < useful { possible / 2 } else { useful };
     if count < wanted {
         say::warning(&format!("{} threads are used instead of {wanted}", count.max(1)));
     }
+    #[cfg(unix)]
+    if named.is_some_and(|named| named > most) {
+        run_anew_with(most);
+    }
     let pool = ThreadPoolBuilder::new().num_threads(count.max(1));
     if count == 0 { pool.use_current_thread().build_global() } else { pool.build_global() }
+}
+
+/// Runs the program anew with another number of threads in its environment, which the coder of EXR
+/// pictures reads as well; goes on where that cannot be done.
+#[cfg(unix)]
+fn run_anew_with(threads: usize) {
+    use std::os::unix::process::CommandExt;
+    let mut words = std::env::args_os();
+    let (name, program) = (words.next().unwrap_or_default(), std::env::current_exe());
+    if let Ok(program) = program {
+        let mut command = std::process::Command::new(program);
+        // Returns only where it failed.
+        let _ = command.arg0(name).args(words).env(THREADS, threads.to_string()).exec();
+    }
 }
 
 /// Tries how many of `count` threads the system starts.
