@@ -115,7 +115,11 @@ pub fn in_words(bytes: f64) -> String {
 
 /// Whether the allocator gives so many bytes at present.
 fn is_given(bytes: f64) -> bool {
-    bytes < isize::MAX as f64 && Vec::<u8>::new().try_reserve_exact(bytes as usize).is_ok()
+    let mut room = Vec::<u8>::new();
+    let given = bytes < isize::MAX as f64 && room.try_reserve_exact(bytes as usize).is_ok();
+    // Otherwise the compiler may leave out what is not used.
+    std::hint::black_box(room);
+    given
 }
 
 fn read(path: &str) -> String {

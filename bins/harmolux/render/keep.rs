@@ -22,8 +22,7 @@ const EVERY: Duration = Duration::from_secs(60);
 
 /// Where the state of a run is to go, before the run.
 pub(crate) struct Place {
-    path: PathBuf,
-    force: bool,
+    claim: Claim,
     /// Whether the user named the file: then it stays when the run is complete.
     named: bool,
     resume: Option<PathBuf>,
@@ -38,7 +37,7 @@ impl Place {
         let resume = verb.resume.as_ref().map(|f| f.clone().unwrap_or_else(|| default.clone()));
         let given = verb.checkpoint.as_ref().or(verb.resume.as_ref().and_then(Option::as_ref));
         let path = given.unwrap_or(&default).clone();
-        drop(Claim::open(&path, &Kind::CHECKPOINT, verb.force)?);
+        let claim = Claim::open(&path, &Kind::CHECKPOINT, verb.force)?;
         if resume.is_none() && !verb.force && !holds_nothing(&path) {
             return Err(Error::Parameter(format!(
                 "{} is of a run that was interrupted or can be added to: go on with it by \
@@ -47,10 +46,10 @@ impl Place {
                 path.display()
             )));
         }
-        Ok(Self { path, force: verb.force, named: given.is_some(), resume })
+        Ok(Self { claim, named: given.is_some(), resume })
     }
 
-    /// Takes the place, and gives the film to go on with: that of the checkpoint to resume, else an
+    /// Gives the film to go on with: that of the checkpoint to resume, else an
     /// empty one. The pictures that stand there must be those of this run.
     pub(crate) fn take(
         self,
@@ -60,27 +59,26 @@ impl Place {
         loaded: &Loaded,
         outputs: &mut [(Image, Output)],
     ) -> Result<(Film, Kept)> {
-        let window = camera.window();
+        let Self { claim, named, resume } = self;
         let fingerprint = fingerprint(file, camera, settings)?.with_files(&loaded.files);
-        let may_go_on = self.resume.is_some();
-        let film = match self.resume.filter(|path| !said_nothing(path)) {
-            None => Film::new(window.size(), REPLICATES)?,
-            Some(path) => {
-                let film = checkpoint::read(&path, &fingerprint)?;
-                say::note(&format!(
-                    "going on after {} passes of {}",
-                    film.passes(),
-                    path.display()
-                ));
-                film
+        let from = resume.as_ref().filter(|path| !holds_nothing(path));
+        let film = match from {
+            None => Film::new(camera.window().size(), REPLICATES)?,
+            Some(path) if path == claim.path() => {
+                checkpoint::read_from(path, claim.file()?, &fingerprint)?
             }
+            Some(path) => checkpoint::read(path, &fingerprint)?,
         };
-        if may_go_on {
+        if let Some(path) = &resume {
             let run = fingerprint.run();
             outputs.iter_mut().try_for_each(|(_, output)| output.check_run(&run))?;
+            let path = path.display();
+            say::note(&match from {
+                Some(_) => format!("going on after {} passes of {path}", film.passes()),
+                None => format!("nothing to go on with in {path}: beginning anew"),
+            });
         }
-        let claim = Claim::open(&self.path, &Kind::CHECKPOINT, self.force)?;
-        Ok((film, Kept { claim, fingerprint, named: self.named, told: [false; 2] }))
+        Ok((film, Kept { claim, fingerprint, named, told: [false; 2] }))
     }
 }
 
@@ -104,14 +102,6 @@ fn holds_nothing(path: &Path) -> bool {
         Ok(data) => data.len() == 0,
         Err(e) => e.kind() == ErrorKind::NotFound,
     }
-}
-
-fn said_nothing(path: &Path) -> bool {
-    let nothing = holds_nothing(path);
-    if nothing {
-        say::note(&format!("nothing to go on with in {}: beginning anew", path.display()));
-    }
-    nothing
 }
 
 /// Where the state of a run goes, and whose it is.

@@ -147,6 +147,14 @@ impl<F: Write> Write for Sealed<F> {
 /// or [`Error::Memory`] when the film is beyond what can be held.
 pub fn read(path: &Path, present: &Fingerprint) -> Result<Film> {
     let file = File::open(path).map_err(|e| Error::io(path, "read", e))?;
+    read_from(path, file, present)
+}
+
+/// As [`read`], of a file that is open: where locks keep others from reading, only its holder can.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_from(path: &Path, file: File, present: &Fingerprint) -> Result<Film> {
     let length = file.metadata().map_err(|e| Error::io(path, "read", e))?.len();
     parse_from(path, BufReader::new(file), length, present)
 }
@@ -342,6 +350,11 @@ mod tests {
     fn film_comes_back_to_the_bit() {
         let (_folder, path) = written();
         assert_eq!(read(&path, &run(1)).expect("the same run"), film());
+        let claim = Claim::open(&path, &Kind::CHECKPOINT, false).expect("free");
+        for _ in 0..2 {
+            let file = claim.file().expect("held");
+            assert_eq!(read_from(&path, file, &run(1)).expect("the same run"), film());
+        }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Files that one run writes again and again.
 
+use std::fs::File;
+use std::io::Seek;
 use std::path::Path;
 
 use super::destination::{Destination, Replaces};
@@ -43,13 +45,24 @@ impl Claim {
         &self.to.path
     }
 
+    /// Returns what stands there, to read it from its beginning.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the system refuses.
+    pub fn file(&self) -> Result<File> {
+        let file = self.held.last().map(|held| held.file.try_clone());
+        let file = file.unwrap_or_else(|| File::open(&self.to.target));
+        let begun = file.and_then(|mut file| file.rewind().map(|()| file));
+        begun.map_err(|e| Error::io(self.path(), "read", e))
+    }
+
     /// Writes the file whole or not at all, and keeps it.
     ///
     /// # Errors
     /// [`Error::Io`] when the system refuses, or when another file has come to stand there: the
     /// message says where the bytes were kept, and so does [`Claim::path`] from then on.
     pub fn write_with(&mut self, fill: Fill) -> Result<()> {
-        let (kept, error) = match self.to.fill(fill) {
+        let (kept, error) = match self.to.fill_surely(fill) {
             Err(e) => self.to.keep_elsewhere(fill, &e),
             Ok(written) => match self.put(written) {
                 Ok(()) => return Ok(()),
@@ -65,10 +78,10 @@ impl Claim {
     }
 
     fn put(&mut self, written: Held) -> std::result::Result<(), (Held, std::io::Error)> {
-        match self.held.last_mut() {
-            Some(held) => held.replace(written),
-            None => written.put(&self.to.target),
-        }
+        let Some(held) = self.held.last_mut() else { return written.put(&self.to.target) };
+        held.replace(written)?;
+        held.sync_name();
+        Ok(())
     }
 
     /// Removes the file, if it still stands there, and all that was kept of it.

@@ -157,15 +157,21 @@ impl Destination {
         Error::io(&self.path, "write", io::Error::new(e.kind(), advice))
     }
 
-    /// Writes a file of its own beside the output, whole and on the disk; it vanishes when dropped.
+    /// Writes a file of its own beside the output, whole; it vanishes when dropped.
     pub(super) fn fill(&self, fill: Fill) -> io::Result<Held> {
         let mut temporary = self.temporary()?;
         fill(&mut temporary.file)?;
         if let Ok(present) = fs::metadata(&self.target) {
             temporary.file.set_permissions(present.permissions())?;
         }
-        temporary.file.sync_all()?;
         Ok(temporary)
+    }
+
+    /// As [`Destination::fill`], and brings the file to the disk.
+    pub(super) fn fill_surely(&self, fill: Fill) -> io::Result<Held> {
+        let written = self.fill(fill)?;
+        written.file.sync_all()?;
+        Ok(written)
     }
 
     /// Makes an empty file under the first name that is free.

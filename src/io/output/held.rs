@@ -90,7 +90,7 @@ impl Held {
             let error = io::Error::other("another file has come to stand there");
             return Err((next, error));
         }
-        if let Err(error) = rename(&next.path, &self.path) {
+        if let Err(error) = fs::rename(&next.path, &self.path) {
             return Err((next, error));
         }
         // What is dropped is the file that was replaced.
@@ -100,9 +100,10 @@ impl Held {
 
     /// Renames the file, in place of what stands there; gives it back when the system refuses.
     pub(super) fn put(mut self, target: &Path) -> Result<(), (Self, io::Error)> {
-        match rename(&self.path, target) {
+        match fs::rename(&self.path, target) {
             Ok(()) => {
                 target.clone_into(&mut self.path);
+                self.sync_name();
                 drop(self.lasting());
                 Ok(())
             }
@@ -118,10 +119,17 @@ impl Held {
             // Not every file system has links.
             Err(_) => fs::rename(&self.path, &target)?,
         }
-        sync_folder(&target);
         self.path = target;
+        self.sync_name();
         self.is_passing = false;
         Ok(())
+    }
+
+    /// Brings the name of the file to the disk: without that a crash of the machine may bring back
+    /// the old one. Not every system can, and the file itself is there in any case.
+    pub(super) fn sync_name(&self) {
+        let folder = self.path.parent().filter(|folder| *folder != Path::new(""));
+        let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
     }
 
     /// Removes the file, if it still stands there.
@@ -163,17 +171,4 @@ fn opened(path: &Path) -> io::Result<Opened> {
         },
         Err(e) => Err(e),
     }
-}
-
-fn rename(from: &Path, to: &Path) -> io::Result<()> {
-    fs::rename(from, to)?;
-    sync_folder(to);
-    Ok(())
-}
-
-/// Brings the new name of a file to the disk: without that a crash of the machine may bring back
-/// the old one. Not every system can, and the file itself is there in any case.
-fn sync_folder(file: &Path) {
-    let folder = file.parent().filter(|folder| *folder != Path::new(""));
-    let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
 }

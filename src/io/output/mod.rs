@@ -152,16 +152,18 @@ impl Output {
     /// # Errors
     /// As [`Output::write`].
     pub fn write_with(&mut self, stage: Stage, fill: Fill) -> Result<()> {
-        let written = match self.to.fill(fill) {
+        if stage == Stage::Preview {
+            let written = self.to.fill(fill).map_err(|e| Error::io(self.path(), "write", e))?;
+            self.put_beside(written);
+            return Ok(());
+        }
+        let written = match self.to.fill_surely(fill) {
             Ok(written) => written,
-            Err(e) if stage == Stage::Preview => return Err(Error::io(self.path(), "write", e)),
             Err(e) => return Err(self.to.keep_elsewhere(fill, &e).1),
         };
-        if stage != Stage::Complete {
-            if let Err((written, _)) = self.under_way.replace(written) {
-                // Another program's file stands there now: this one keeps the name it has.
-                self.under_way = written.lasting();
-            }
+        if stage == Stage::Unfinished {
+            self.put_beside(written);
+            self.under_way.sync_name();
             return Ok(());
         }
         if let Err(reason) = self.to.check_present() {
@@ -172,6 +174,13 @@ impl Output {
         }
         self.under_way.expire();
         Ok(())
+    }
+
+    fn put_beside(&mut self, written: Held) {
+        if let Err((written, _)) = self.under_way.replace(written) {
+            // Another program's file stands there now: this one keeps the name it has.
+            self.under_way = written.lasting();
+        }
     }
 }
 
