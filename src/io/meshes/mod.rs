@@ -1,10 +1,10 @@
 //! Mesh files: OBJ, PLY, STL, OFF and glTF in; OBJ, PLY and STL out.
 //!
 //! The format is told by the content of a file, and by its extension only where the content cannot
-//! tell. Readers stream: they hold the mesh, a buffer and a line, and believe no count that the file
-//! is too short for. (glTF is read whole, and OBJ takes nine times the mesh: crate tobj parses it.)
-//! What is read is what the file says: nothing is repaired, except that the formats without shared
-//! vertices, STL and glTF, have corners at equal coordinates joined.
+//! tell. Readers stream: they hold the mesh, a buffer and a line, and believe no count that the
+//! file is too short for. (glTF is read whole, and OBJ takes nine times the mesh: crate tobj parses
+//! it.) What is read is what the file says: nothing is repaired, except that the formats without
+//! shared vertices, STL and glTF, have corners at equal coordinates joined.
 
 mod encode;
 mod format;
