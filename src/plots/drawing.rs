@@ -107,15 +107,20 @@ impl Figure {
         Ok(render_multiple(plots, layout))
     }
 
-    /// Leaves out the points that the axes cannot show.
+    /// Leaves out the points that the axes cannot show; error bars are finite and, on a logarithmic
+    /// axis, above zero.
     fn showable(&self, curve: &Curve) -> Curve {
-        let fits = |(v, axis): (&f64, &crate::plots::Axis)| {
-            v.is_finite() && (axis.scale == Scale::Linear || *v > 0.0)
-        };
-        let shown = |i: &usize| curve.points[*i].iter().zip(&self.axes).all(fits);
+        let is_linear = self.axes.each_ref().map(|axis| axis.scale == Scale::Linear);
+        let fits = |k: usize, v: f64| v.is_finite() && (is_linear[k] || v > 0.0);
+        let shown = |i: &usize| fits(0, curve.points[*i][0]) && fits(1, curve.points[*i][1]);
         let kept: Vec<usize> = (0..curve.points.len()).filter(shown).collect();
-        let error =
-            |i: &usize| Some(self.showable_error(*curve.errors.get(*i)?, curve.points[*i][1]));
+        let error = |i: &usize| {
+            let ends = curve.errors.get(*i)?;
+            let [below, above] = ends.map(|e| if e.is_finite() { e.max(0.0) } else { 0.0 });
+            // A bar down to zero would be endless: it is drawn over one decade.
+            let most = if is_linear[1] { f64::INFINITY } else { 0.9 * curve.points[*i][1] };
+            Some([below.min(most), above])
+        };
         Curve {
             points: kept.iter().map(|i| curve.points[*i]).collect(),
             errors: kept.iter().filter_map(error).collect(),
@@ -123,36 +128,24 @@ impl Figure {
         }
     }
 
-    /// Keeps an error bar finite and, on a logarithmic axis, above zero.
-    fn showable_error(&self, ends: [f64; 2], y: f64) -> [f64; 2] {
-        let [below, above] = ends.map(|e| if e.is_finite() { e.max(0.0) } else { 0.0 });
-        match self.axes[1].scale {
-            Scale::Linear => [below, above],
-            // A bar down to zero would be endless: it is drawn over one decade.
-            Scale::Logarithmic => [below.min(0.9 * y), above],
-        }
-    }
-
     /// Ends logarithmic axes a little outside what they show: whole decades would leave half of a
     /// plot empty.
     fn with_ranges(&self, mut layout: Layout, shown: &[Curve]) -> Layout {
-        for (k, axis) in self.axes.iter().enumerate() {
-            if axis.scale == Scale::Linear {
-                continue;
-            }
+        for k in (0..2).filter(|k| self.axes[*k].scale == Scale::Logarithmic) {
             let values = shown.iter().flat_map(|curve| extent(curve, k));
             let ends = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
             let (low, high) = values.fold((f64::MAX, 0.0), ends);
             let [low, high] = around(low, high);
-            // kuva measures the numbers of the range and draws those between the ends.
-            layout = if k == 0 {
-                layout.with_log_x().with_x_axis_min(low).with_x_axis_max(high)
-            } else {
-                layout.y_range = (low, high);
-                layout.with_log_y().with_y_axis_min(low).with_y_axis_max(high)
-            };
             let format = TickFormat::Custom(std::sync::Arc::new(power));
-            *(if k == 0 { &mut layout.x_tick_format } else { &mut layout.y_tick_format }) = format;
+            if k == 0 {
+                layout = layout.with_log_x().with_x_axis_min(low).with_x_axis_max(high);
+                layout.x_tick_format = format;
+            } else {
+                layout = layout.with_log_y().with_y_axis_min(low).with_y_axis_max(high);
+                layout.y_tick_format = format;
+                // kuva leaves room for the numbers of this range.
+                layout.y_range = (low, high);
+            }
         }
         layout
     }
@@ -216,7 +209,9 @@ fn plots(curve: &Curve, number: usize, medium: Medium) -> Vec<Plot> {
     let colour = medium.colour(number);
     let data = || curve.points.iter().map(|p| (p[0], p[1]));
     if curve.style != Style::Points {
-        let style = if is_broken(number) { LineStyle::Dashed } else { LineStyle::Solid };
+        // The colours have all been used.
+        let again = number >= COLOURS.len();
+        let style = if again { LineStyle::Dashed } else { LineStyle::Solid };
         let line = LinePlot::new().with_data(data()).with_color(colour).with_stroke_width(1.8);
         plots.push(line.with_line_style(style).into());
     }
@@ -236,11 +231,6 @@ fn plots(curve: &Curve, number: usize, medium: Medium) -> Vec<Plot> {
     plots
 }
 
-/// Whether a curve has a broken line: the colours have all been used.
-fn is_broken(number: usize) -> bool {
-    number >= COLOURS.len()
-}
-
 fn with_legend(layout: Layout, shown: &[Curve], medium: Medium) -> Layout {
     let named = |(_, curve): &(usize, &Curve)| !curve.points.is_empty() && !curve.name.is_empty();
     let entry = |(i, curve): (usize, &Curve)| LegendEntry {
@@ -251,7 +241,7 @@ fn with_legend(layout: Layout, shown: &[Curve], medium: Medium) -> Layout {
         } else {
             LegendShape::Marker(MARKERS[i % MARKERS.len()])
         },
-        dasharray: is_broken(i).then(|| "6 4".to_owned()),
+        dasharray: (i >= COLOURS.len()).then(|| "6 4".to_owned()),
     };
     let entries: Vec<LegendEntry> = shown.iter().enumerate().filter(named).map(entry).collect();
     let Some(longest) = entries.iter().map(|e| e.label.chars().count()).max() else {

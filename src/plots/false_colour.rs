@@ -29,81 +29,47 @@ const NOTHING: Rgb8 = [128; 3];
 /// use harmolux::plots::{FalseColour, ScaleOptions};
 ///
 /// let values = vec![1.0, 20.0, 300.0, f64::NAN];
-/// let scale = ScaleOptions { high: Some(1000.0), decades: Some(3.0), ..Default::default() }.fitted(&values, 1.0)?;
-/// let picture = FalseColour::new(2, 2, values, scale, "cd/m\u{b2}")?.with_lines(true);
+/// let wish = ScaleOptions { high: Some(1000.0), decades: Some(3.0), ..Default::default() };
+/// let picture = FalseColour {
+///     width: 2,
+///     height: 2,
+///     scale: wish.fitted(&values, 1.0)?,
+///     values,
+///     unit: "cd/m\u{b2}".to_owned(),
+///     lines: true,
+///     extremes: false,
+///     endless: false,
+/// };
 /// assert_eq!(picture.tally().not_finite, 1);
 /// assert!(picture.to_svg()?.contains("cd/m\u{b2}"));
 /// # Ok::<(), harmolux::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct FalseColour {
-    width: usize,
-    height: usize,
-    values: Vec<f64>,
-    scale: ColourScale,
-    unit: String,
-    lines: bool,
-    extremes: bool,
-    endless: bool,
+    /// The pixels of a row.
+    pub width: usize,
+    /// The rows.
+    pub height: usize,
+    /// The values, row by row from the top left; those that are not finite are shown magenta.
+    pub values: Vec<f64>,
+    /// The colours, and the values of the isolines.
+    pub scale: ColourScale,
+    /// The unit of the values.
+    pub unit: String,
+    /// Whether isolines are drawn, labelled; they are those of the picture smoothed over five
+    /// pixels, since noise has none.
+    pub lines: bool,
+    /// Whether the largest and the least value are marked and written.
+    pub extremes: bool,
+    /// Whether infinity means that there is nothing, as in a picture of depths: such pixels are
+    /// grey and not counted as non-finite.
+    pub endless: bool,
 }
 
 impl FalseColour {
-    /// Takes the values of `width` x `height` pixels, row by row from the top left, of a quantity
-    /// of this unit. Values that are not finite are shown magenta.
-    ///
-    /// # Errors
-    /// [`Error::Parameter`] when the size does not fit the values, or a side has none or more than
-    /// 8192 pixels.
-    pub fn new(
-        width: usize,
-        height: usize,
-        values: Vec<f64>,
-        scale: ColourScale,
-        unit: &str,
-    ) -> Result<Self> {
-        let sides = 1..=LARGEST;
-        if !(sides.contains(&width) && sides.contains(&height)) || width * height != values.len() {
-            return Err(Error::Parameter(format!(
-                "{} values are no picture of {width} x {height} pixels, each side from 1 to \
-                 {LARGEST}",
-                values.len()
-            )));
-        }
-        Ok(Self {
-            width,
-            height,
-            values,
-            scale,
-            unit: unit.to_owned(),
-            lines: false,
-            extremes: false,
-            endless: false,
-        })
-    }
-
-    /// Says whether isolines at the levels of the scale are drawn, labelled; they are those of the
-    /// picture smoothed over five pixels, since noise has none.
-    pub fn with_lines(mut self, lines: bool) -> Self {
-        self.lines = lines;
-        self
-    }
-
-    /// Says whether the largest and the least value are marked and written.
-    pub fn with_extremes(mut self, extremes: bool) -> Self {
-        self.extremes = extremes;
-        self
-    }
-
-    /// Says whether infinity means that there is nothing, as in a picture of depths: such pixels
-    /// are grey and not counted as non-finite.
-    pub fn with_endless(mut self, endless: bool) -> Self {
-        self.endless = endless;
-        self
-    }
-
     /// Returns what the values come to.
     pub fn tally(&self) -> Tally {
-        let tally = Tally::of(&self.values);
+        let tally = Tally::of(self.values.iter().copied().enumerate());
         Tally { not_finite: tally.not_finite - self.nothing(), ..tally }
     }
 
@@ -119,9 +85,10 @@ impl FalseColour {
     /// Draws it as PNG.
     ///
     /// # Errors
-    /// [`Error::Numeric`] with the encoder's complaint.
+    /// [`Error::Parameter`] when the size does not fit the values, or a side has none or more than
+    /// 8192 pixels; [`Error::Numeric`] with the encoder's complaint.
     pub fn to_png(&self) -> Result<Vec<u8>> {
-        let layout = self.layout();
+        let layout = self.layout()?;
         let mut paper = self.drawn(&layout);
         // What is drawn over the picture is drawn on white and on black: their difference is what
         // shows through.
@@ -137,7 +104,7 @@ impl FalseColour {
     /// # Errors
     /// As [`FalseColour::to_png`].
     pub fn to_svg(&self) -> Result<String> {
-        let layout = self.layout();
+        let layout = self.layout()?;
         let samples: Vec<u8> = self.colours().into_iter().flatten().collect();
         let png = STANDARD.encode(encode_png(self.width, self.height, &samples)?);
         let Area { x, y, width, height } = layout.picture;
@@ -148,11 +115,21 @@ impl FalseColour {
         Ok(self.drawn(&layout).svg(&element))
     }
 
-    fn layout(&self) -> Layout {
+    fn layout(&self) -> Result<Layout> {
+        let sides = [self.width, self.height];
+        let fits = sides.iter().all(|n| (1..=LARGEST).contains(n));
+        if !fits || self.width * self.height != self.values.len() {
+            return Err(Error::Parameter(format!(
+                "{} values are no picture of {} x {} pixels, each side from 1 to {LARGEST}",
+                self.values.len(),
+                self.width,
+                self.height
+            )));
+        }
         let zoom = LONG_SIDE.div_ceil(self.width.max(self.height)).max(1);
-        let [width, height] = [self.width, self.height].map(|n| (n * zoom) as f64);
+        let [width, height] = sides.map(|n| (n * zoom) as f64);
         let font = (height.min(1.5 * width) / 34.0).round().clamp(13.0, 44.0);
-        Layout { zoom, font, picture: Area { x: font, y: font, width, height } }
+        Ok(Layout { zoom, font, picture: Area { x: font, y: font, width, height } })
     }
 
     /// Returns the colour of each pixel.
@@ -320,7 +297,9 @@ mod tests {
 
     fn picture(width: usize, height: usize, values: Vec<f64>, wish: ScaleOptions) -> FalseColour {
         let scale = wish.fitted(&values, 1.0).expect("a scale");
-        FalseColour::new(width, height, values, scale, "cd/m\u{b2}").expect("fits")
+        let unit = "cd/m\u{b2}".to_owned();
+        let (lines, extremes, endless) = (false, false, false);
+        FalseColour { width, height, values, scale, unit, lines, extremes, endless }
     }
 
     fn decoded(picture: &FalseColour) -> RgbImage {
@@ -334,9 +313,9 @@ mod tests {
 
     #[test]
     fn misshapen_pictures_are_refused() {
-        let scale = ScaleOptions::default().fitted(&[], 1.0).expect("a scale");
         for (width, height, n) in [(0, 0, 0), (2, 2, 3), (9000, 1, 9000), (usize::MAX, 2, 2)] {
-            assert!(FalseColour::new(width, height, vec![0.0; n], scale.clone(), "").is_err());
+            let misshapen = picture(width, height, vec![0.0; n], ScaleOptions::default());
+            assert!(misshapen.to_svg().is_err() && misshapen.to_png().is_err());
         }
     }
 
@@ -347,8 +326,8 @@ mod tests {
             for decades in [None, Some(3.0)] {
                 let wish =
                     ScaleOptions { decades, high: decades.map(|_| 1.0), ..Default::default() };
-                let picture =
-                    picture(3, 2, values.clone(), wish).with_lines(true).with_extremes(true);
+                let picture = picture(3, 2, values.clone(), wish);
+                let picture = FalseColour { lines: true, extremes: true, ..picture };
                 assert!(decoded(&picture).width() >= 640);
                 assert!(picture.to_svg().expect("drawn").starts_with("<svg"));
             }
@@ -361,7 +340,7 @@ mod tests {
         values[0] = f64::NAN;
         values[1] = f64::INFINITY;
         let picture = picture(16, 12, values, ScaleOptions::default());
-        let Layout { zoom, picture: area, .. } = picture.layout();
+        let Layout { zoom, picture: area, .. } = picture.layout().expect("fits");
         let image = decoded(&picture);
         let at = |x: usize, y: usize| {
             let [x, y] =
@@ -382,7 +361,7 @@ mod tests {
         let values = vec![1.0, f64::INFINITY, f64::NAN, f64::NEG_INFINITY];
         let picture = picture(2, 2, values, ScaleOptions::default());
         assert_eq!((picture.nothing(), picture.tally().not_finite), (0, 3));
-        let picture = picture.with_endless(true);
+        let picture = FalseColour { endless: true, ..picture };
         assert_eq!((picture.nothing(), picture.tally().not_finite), (1, 2));
         assert_eq!(picture.colours()[1..], [NOTHING, NOT_FINITE, NOT_FINITE]);
         let svg = picture.to_svg().expect("drawn");
@@ -393,8 +372,9 @@ mod tests {
     fn lines_and_extremes_are_drawn_over_the_picture() {
         let plain = picture(16, 12, ramp(), ScaleOptions::default());
         let image = decoded(&plain);
-        assert_ne!(decoded(&plain.clone().with_lines(true)), image);
-        let svg = plain.clone().with_extremes(true).to_svg().expect("drawn");
+        assert_ne!(decoded(&FalseColour { lines: true, ..plain.clone() }), image);
+        let marked = FalseColour { extremes: true, ..plain.clone() };
+        let svg = marked.to_svg().expect("drawn");
         assert!(svg.contains("<circle") && svg.contains(">15<"), "extremes");
         assert!(!plain.to_svg().expect("drawn").contains("<circle"));
     }

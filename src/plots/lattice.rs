@@ -39,10 +39,10 @@ impl Lattice {
     /// # Errors
     /// [`Error::Geometry`] says why the points are no lattice of at least 2 x 2.
     pub fn of(points: &[DVec3], facing: DVec3) -> Result<Self> {
-        let plane = Plane::of(points, facing)?;
+        let (normal, extent) = plane(points, facing).map_err(Error::Geometry)?;
         // The nearest neighbour of a point is along an axis, unless neighbours are missing.
         let seeds = [0, points.len() / 2, points.len() - 1];
-        let found = seeds.map(|seed| plane.axis(seed).and_then(|axis| plane.lattice(axis)));
+        let found = seeds.map(|seed| Self::along(way(points, seed, extent)?, points, normal));
         let [first, second, third] = found;
         first.or_else(|fault| second.or(third).map_err(|_| fault)).map_err(Error::Geometry)
     }
@@ -51,102 +51,86 @@ impl Lattice {
     pub fn at(&self, column: f64, row: f64) -> DVec3 {
         self.origin + self.right * (column * self.spacing[0]) + self.up * (row * self.spacing[1])
     }
-}
 
-/// Points with the normal of their plane.
-struct Plane<'a> {
-    points: &'a [DVec3],
-    normal: DVec3,
-    extent: f64,
-}
-
-impl<'a> Plane<'a> {
-    fn of(points: &'a [DVec3], facing: DVec3) -> Result<Self> {
-        let fault = |text: String| Err(Error::Geometry(text));
-        if points.len() < 4 {
-            return fault(format!("{} points are no grid, which has at least 2 x 2", points.len()));
-        }
-        if !points.iter().all(|p| p.is_finite()) {
-            return fault("a point has a coordinate that is not finite".to_owned());
-        }
-        let first = points[0];
-        let far = |distance: &dyn Fn(DVec3) -> f64| {
-            points.iter().copied().fold(first, |a, b| if distance(b) > distance(a) { b } else { a })
-        };
-        let end = far(&|p| p.distance_squared(first));
-        let extent = end.distance(first);
-        let along = (end - first).normalize_or_zero();
-        let aside = |p: DVec3| (p - first).reject_from_normalized(along).length();
-        let side = far(&aside);
-        if aside(side) <= TINY * extent || extent == 0.0 {
-            return fault("the points stand in one line".to_owned());
-        }
-        let normal = along.cross(side - first).normalize();
-        let toward = normal.dot(facing.normalize_or_zero());
-        let turned = if toward.abs() > 1e-6 { toward < 0.0 } else { normal.z < 0.0 };
-        Ok(Self { points, normal: if turned { -normal } else { normal }, extent })
-    }
-
-    /// Returns the way from a point to its nearest neighbour.
-    fn axis(&self, seed: usize) -> std::result::Result<DVec3, String> {
-        let here = self.points[seed];
-        let others = self.points.iter().enumerate().filter(|(i, _)| *i != seed);
-        let ways = others.map(|(_, p)| *p - here);
-        let way = ways.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-        let way = way.unwrap_or(DVec3::ZERO);
-        if way.length() <= TINY * self.extent {
-            return Err(format!("two points stand at the same place, {}", place(here)));
-        }
-        Ok(way)
-    }
-
-    /// Sorts the points into the lattice that has this way between two neighbours.
-    fn lattice(&self, way: DVec3) -> std::result::Result<Lattice, String> {
-        let [right, up] = self.upright(way.reject_from_normalized(self.normal).normalize_or_zero());
+    /// Sorts points into the lattice that has this way between two neighbours.
+    fn along(way: DVec3, points: &[DVec3], normal: DVec3) -> Found<Self> {
+        let [right, up] = upright(way.reject_from_normalized(normal).normalize_or_zero(), normal);
         let gap = way.length() * TOLERANCE;
-        let first = self.points[0];
-        if let Some(off) = self.points.iter().find(|p| (**p - first).dot(self.normal).abs() > gap) {
+        let first = points[0];
+        if let Some(off) = points.iter().find(|p| (**p - first).dot(normal).abs() > gap) {
             return Err(format!("the point {} is not in the plane of the others", place(*off)));
         }
-        let coordinates = |axis: DVec3| self.points.iter().map(move |p| (*p - first).dot(axis));
+        let coordinates = |axis: DVec3| points.iter().map(move |p| (*p - first).dot(axis));
         let columns = Steps::of(coordinates(right).collect(), gap, "columns")?;
         let rows = Steps::of(coordinates(up).collect(), gap, "rows")?;
         let size = [columns.count, rows.count];
-        if 2 * self.points.len() < size[0].saturating_mul(size[1]) {
+        if 2 * points.len() < size[0].saturating_mul(size[1]) {
             return Err("they do not stand in rows and columns at even distances".to_owned());
         }
+        let places = coordinates(right).zip(coordinates(up));
+        let nodes = places.map(|(x, y)| rows.index(y) * size[0] + columns.index(x));
+        let nodes: Vec<usize> = nodes.collect();
         let mut taken = vec![false; size[0] * size[1]];
-        let mut nodes = Vec::with_capacity(self.points.len());
-        for (point, (x, y)) in self.points.iter().zip(coordinates(right).zip(coordinates(up))) {
-            let node = rows.index(y) * size[0] + columns.index(x);
-            if std::mem::replace(&mut taken[node], true) {
-                return Err(format!("two points stand at the same place, {}", place(*point)));
-            }
-            nodes.push(node);
+        let is_taken = |(_, node): &(_, &usize)| std::mem::replace(&mut taken[**node], true);
+        if let Some((point, _)) = points.iter().zip(&nodes).find(is_taken) {
+            return Err(format!("two points stand at the same place, {}", place(*point)));
         }
-        Ok(Lattice {
-            origin: first + right * columns.start + up * rows.start,
-            right,
-            up,
-            spacing: [columns.step, rows.step],
-            size,
-            nodes,
-        })
+        let origin = first + right * columns.start + up * rows.start;
+        Ok(Self { origin, right, up, spacing: [columns.step, rows.step], size, nodes })
     }
+}
 
-    /// Turns an axis by quarters until the picture stands upright.
-    fn upright(&self, axis: DVec3) -> [DVec3; 2] {
-        let quarter = self.normal.cross(axis);
-        let level = self.normal.z.abs() > 1.0 - TINY;
-        // A trace of the other axis decides between two that are alike.
-        let rank = |right: DVec3| {
-            let up = self.normal.cross(right);
-            if level { right.x + 1e-6 * right.y } else { up.z + 1e-6 * right.x }
-        };
-        let turns = [axis, quarter, -axis, -quarter];
-        let right = turns.into_iter().fold(axis, |a, b| if rank(b) > rank(a) { b } else { a });
-        [right, self.normal.cross(right)].map(cleaned)
+/// What was found, or why it was not.
+type Found<T> = std::result::Result<T, String>;
+
+/// Returns the normal of the plane of points and the extent of them.
+fn plane(points: &[DVec3], facing: DVec3) -> Found<(DVec3, f64)> {
+    if points.len() < 4 {
+        return Err(format!("{} points are no grid, which has at least 2 x 2", points.len()));
     }
+    if !points.iter().all(|p| p.is_finite()) {
+        return Err("a point has a coordinate that is not finite".to_owned());
+    }
+    let first = points[0];
+    let far = |distance: &dyn Fn(DVec3) -> f64| {
+        points.iter().copied().fold(first, |a, b| if distance(b) > distance(a) { b } else { a })
+    };
+    let end = far(&|p| p.distance_squared(first));
+    let extent = end.distance(first);
+    let along = (end - first).normalize_or_zero();
+    let aside = |p: DVec3| (p - first).reject_from_normalized(along).length();
+    let side = far(&aside);
+    if aside(side) <= TINY * extent || extent == 0.0 {
+        return Err("the points stand in one line".to_owned());
+    }
+    let normal = along.cross(side - first).normalize();
+    let toward = normal.dot(facing.normalize_or_zero());
+    let turned = if toward.abs() > 1e-6 { toward < 0.0 } else { normal.z < 0.0 };
+    Ok((if turned { -normal } else { normal }, extent))
+}
+
+/// Returns the way from a point to its nearest neighbour.
+fn way(points: &[DVec3], seed: usize, extent: f64) -> Found<DVec3> {
+    let here = points[seed];
+    let others = points.iter().enumerate().filter(|(i, _)| *i != seed);
+    let ways = others.map(|(_, p)| *p - here);
+    let way = ways.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    way.filter(|way| way.length() > TINY * extent)
+        .ok_or_else(|| format!("two points stand at the same place, {}", place(here)))
+}
+
+/// Turns an axis by quarters until the picture stands upright.
+fn upright(axis: DVec3, normal: DVec3) -> [DVec3; 2] {
+    let quarter = normal.cross(axis);
+    let level = normal.z.abs() > 1.0 - TINY;
+    // A trace of the other axis decides between two that are alike.
+    let rank = |right: DVec3| {
+        let up = normal.cross(right);
+        if level { right.x + 1e-6 * right.y } else { up.z + 1e-6 * right.x }
+    };
+    let turns = [axis, quarter, -axis, -quarter];
+    let right = turns.into_iter().fold(axis, |a, b| if rank(b) > rank(a) { b } else { a });
+    [right, normal.cross(right)].map(cleaned)
 }
 
 /// Takes what rounding has left out of a direction, so that a floor's x axis is (1, 0, 0).
@@ -163,7 +147,7 @@ struct Steps {
 }
 
 impl Steps {
-    fn of(mut coordinates: Vec<f64>, gap: f64, name: &str) -> std::result::Result<Self, String> {
+    fn of(mut coordinates: Vec<f64>, gap: f64, name: &str) -> Found<Self> {
         coordinates.sort_by(f64::total_cmp);
         let apart = coordinates.windows(2).filter(|pair| pair[1] - pair[0] > gap);
         let count = apart.count() + 1;

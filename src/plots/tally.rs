@@ -16,9 +16,9 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Goes through values; of equal extremes the first counts.
-    pub fn of(values: &[f64]) -> Self {
-        let finite = || values.iter().copied().enumerate().filter(|(_, v)| v.is_finite());
+    /// Goes through values with their places; of equal extremes the first counts.
+    pub(super) fn of(values: impl Iterator<Item = (usize, f64)> + Clone) -> Self {
+        let finite = || values.clone().filter(|(_, v)| v.is_finite());
         let count = finite().count();
         // Dividing first keeps the sum of huge values finite.
         let mean = finite().map(|(_, v)| v / count as f64).sum::<f64>();
@@ -27,7 +27,7 @@ impl Tally {
             largest: finite().reduce(|a, b| if b.1 > a.1 { b } else { a }),
             mean: if count == 0 { f64::NAN } else { mean },
             finite: count,
-            not_finite: values.len() - count,
+            not_finite: values.clone().count() - count,
         }
     }
 }
@@ -36,10 +36,14 @@ impl Tally {
 mod tests {
     use super::*;
 
+    fn of(values: &[f64]) -> Tally {
+        Tally::of(values.iter().copied().enumerate())
+    }
+
     #[test]
     fn nothing_finite_has_no_extremes() {
         for values in [&[][..], &[f64::NAN, f64::INFINITY]] {
-            let tally = Tally::of(values);
+            let tally = of(values);
             assert!(tally.least.is_none() && tally.largest.is_none() && tally.mean.is_nan());
             assert_eq!((tally.finite, tally.not_finite), (0, values.len()));
         }
@@ -47,7 +51,7 @@ mod tests {
 
     #[test]
     fn extremes_are_the_first_of_their_value() {
-        let tally = Tally::of(&[2.0, f64::NAN, 1.0, 3.0, 1.0, 3.0]);
+        let tally = of(&[2.0, f64::NAN, 1.0, 3.0, 1.0, 3.0]);
         assert_eq!((tally.least, tally.largest), (Some((2, 1.0)), Some((3, 3.0))));
         assert_eq!((tally.mean, tally.finite, tally.not_finite), (2.0, 5, 1));
     }

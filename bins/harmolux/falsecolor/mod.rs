@@ -141,7 +141,7 @@ struct Shown {
 }
 
 enum Drawing {
-    Picture { picture: FalseColour, width: usize },
+    Picture(FalseColour),
     Grid { grid: Isolux, at: Vec<DVec3> },
 }
 
@@ -188,13 +188,18 @@ impl Shown {
         let unit = written(&unit);
         let scale = verb.scale.wish().fitted(&values, COVER)?;
         let (width, height) = (exr.width(), exr.height());
-        let picture = FalseColour::new(width, height, values.clone(), scale.clone(), &unit)?;
-        let picture = picture
-            .with_lines(verb.lines)
-            .with_extremes(verb.points)
-            .with_endless(layer == Some("depth"));
+        let picture = FalseColour {
+            width,
+            height,
+            values: values.clone(),
+            scale: scale.clone(),
+            unit: unit.clone(),
+            lines: verb.lines,
+            extremes: verb.points,
+            endless: layer == Some("depth"),
+        };
         let subject = ("picture", format!("{width} x {height}"));
-        Ok(Self { drawing: Drawing::Picture { picture, width }, subject, scale, unit, values })
+        Ok(Self { drawing: Drawing::Picture(picture), subject, scale, unit, values })
     }
 
     fn grid(verb: &Falsecolor, groups: Vec<MeasuredGroup>, column: &str) -> Result<Self> {
@@ -226,21 +231,21 @@ impl Shown {
 
     fn to_png(&self) -> Result<Vec<u8>> {
         match &self.drawing {
-            Drawing::Picture { picture, .. } => picture.to_png(),
+            Drawing::Picture(picture) => picture.to_png(),
             Drawing::Grid { grid, .. } => grid.to_png(),
         }
     }
 
     fn to_svg(&self) -> Result<String> {
         match &self.drawing {
-            Drawing::Picture { picture, .. } => picture.to_svg(),
+            Drawing::Picture(picture) => picture.to_svg(),
             Drawing::Grid { grid, .. } => grid.to_svg(),
         }
     }
 
     fn tally(&self) -> Tally {
         match &self.drawing {
-            Drawing::Picture { picture, .. } => picture.tally(),
+            Drawing::Picture(picture) => picture.tally(),
             Drawing::Grid { grid, .. } => grid.tally(),
         }
     }
@@ -248,7 +253,7 @@ impl Shown {
     /// Counts the pixels that show nothing.
     fn nothing(&self) -> usize {
         match &self.drawing {
-            Drawing::Picture { picture, .. } => picture.nothing(),
+            Drawing::Picture(picture) => picture.nothing(),
             Drawing::Grid { .. } => 0,
         }
     }
@@ -256,7 +261,9 @@ impl Shown {
     /// Returns where a value is: a pixel from the top left, counted from 0, or a point, metres.
     fn place(&self, place: usize) -> Vec<f64> {
         match &self.drawing {
-            Drawing::Picture { width, .. } => vec![(place % width) as f64, (place / width) as f64],
+            Drawing::Picture(FalseColour { width, .. }) => {
+                vec![(place % width) as f64, (place / width) as f64]
+            }
             Drawing::Grid { at, .. } => at[place].to_array().to_vec(),
         }
     }

@@ -75,15 +75,10 @@ impl Isolux {
 
     /// Returns what the values that count come to; places are those of sensors.
     pub fn tally(&self) -> Tally {
-        let mut tally = Tally::of(&self.counting().map(|(_, v)| v).collect::<Vec<f64>>());
-        let sensors: Vec<usize> = self.counting().map(|(i, _)| i).collect();
-        for extreme in [&mut tally.least, &mut tally.largest].into_iter().flatten() {
-            extreme.0 = sensors[extreme.0];
-        }
-        tally
+        Tally::of(self.counting())
     }
 
-    fn counting(&self) -> impl Iterator<Item = (usize, f64)> {
+    fn counting(&self) -> impl Iterator<Item = (usize, f64)> + Clone {
         self.values.iter().enumerate().filter_map(|(i, v)| v.map(|v| (i, v)))
     }
 
