@@ -114,7 +114,7 @@ impl Neighbours {
             let wide = Aabb { min: own.min - rounding, max: own.max + rounding };
             self.tree.overlapping(wide, |j| near.push(j));
         } else {
-            near = (0..self.bounds.len()).collect();
+            near.extend((0..self.bounds.len()).filter(|j| self.bounds[*j].is_finite()));
         }
         near.retain(|j| *j != i && meets(&own, &self.bounds[*j]));
         near.sort_unstable();
