@@ -93,7 +93,7 @@ def inputs():
     yield "coincident layers", {"a.off": layers}, ["check", "a.off"]
     yield "two long names", named, illum
     for name in ["a.xyz", "a.csv"]:
-        yield f"a long line, {name[1:]}", {name: numbers}, ["fit", name, "-l", "4", "-o", "a.bin"]
+        yield f"a long line, {name[1:]}", {name: numbers}, ["fit", name, "-l", "4", "-o", "out.txt"]
     for name in ["a.txt", "a.dov", "a.coef", "a.tab"]:
         yield f"a long line, {name[1:]}", {name: numbers}, ["info", name]
     yield "a long line, .obj", {"a.obj": f"v {numbers}\nf 1 1 1\n"}, ["info", "a.obj"]
@@ -101,7 +101,7 @@ def inputs():
     yield "many elements", {"a.ply": PLY.format(elements, "3 0 1 2")}, ["info", "a.ply"]
     yield "flat spectrum to .hxc", {"a.txt": flat}, ["convert", "a.txt", "a.hxc"]
     for size in [1e-100, 1e150]:
-        for verb in [["check"], ["fit", "-l", "8", "-o", "a.bin"], ["diff", "a.off"]]:
+        for verb in [["check"], ["fit", "-l", "8", "-o", "out.txt"], ["diff", "a.off"]]:
             yield f"{verb[0]}, {size:g} m", {"a.off": cube(size)}, [verb[0], "a.off", *verb[1:]]
         shape = {"a.txt": body(4, size, smooth)}
         yield f"mesh, {size:g} m", shape, ["mesh", "a.txt", "-o", "a.ply"]

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::sensors::SensorGroup;
@@ -11,7 +11,7 @@ use super::solids::{self, Solid};
 use crate::io::scene_file::SceneFile;
 use crate::math::Aabb;
 use crate::scene::{Object, Scene, Sensor};
-use crate::surface::Hit;
+use crate::surface::{Bvh, Hit};
 
 /// Says which objects cut through or lie behind closed ones.
 pub(super) fn overlaps(solids: &[Solid]) -> Vec<String> {
@@ -49,16 +49,15 @@ const SIDE: u32 = 8;
 /// meant.
 pub(super) fn coincidences(scene: &Scene, solids: &[Solid]) -> Vec<String> {
     let objects = scene.objects();
-    let bounds: Vec<_> = objects.iter().map(|o| o.surface.bounds()).collect();
+    let neighbours = Neighbours::of(objects.iter().map(|o| o.surface.bounds()).collect());
     let is_room = |i: usize| solids.iter().any(|s| s.is_room() && s.name() == objects[i].name);
     let of = |i: usize| -> Vec<String> {
         let Some(area) = &objects[i].area else { return Vec::new() };
         let middle = |k: u32| (f64::from(k) + 0.5) / f64::from(SIDE);
         let points = (0..SIDE * SIDE).map(|k| DVec2::new(middle(k / SIDE), middle(k % SIDE)));
         let hits: Vec<Hit> = points.map(|u| area.sample_area(u).hit).collect();
-        let others = (0..objects.len()).filter(|j| *j != i && meets(&bounds[i], &bounds[*j]));
         let mut found = Vec::new();
-        for j in others {
+        for j in neighbours.of_box(i) {
             let both_shine = objects[i].emits() && objects[j].emits();
             let pair = (&objects[i].name, &objects[j].name);
             let in_place = hits.iter().filter_map(|h| Some((h, scene.in_place_of(h, j)?)));
@@ -92,9 +91,45 @@ fn area_of(object: &Object) -> f64 {
     object.area.as_ref().map_or(f64::INFINITY, |area| area.area())
 }
 
+/// Finds the boxes that meet one of them.
+struct Neighbours {
+    bounds: Vec<Aabb>,
+    tree: Bvh,
+    /// Those without end, which the tree leaves out.
+    endless: Vec<usize>,
+}
+
+impl Neighbours {
+    fn of(bounds: Vec<Aabb>) -> Self {
+        let endless = (0..bounds.len()).filter(|i| !bounds[*i].is_finite()).collect();
+        Self { tree: Bvh::build(&bounds), endless, bounds }
+    }
+
+    /// Lists the others that meet one, in ascending order.
+    fn of_box(&self, i: usize) -> Vec<usize> {
+        let own = self.bounds[i];
+        let mut near = self.endless.clone();
+        if own.is_finite() {
+            let rounding = rounding(&own);
+            let wide = Aabb { min: own.min - rounding, max: own.max + rounding };
+            self.tree.overlapping(wide, |j| near.push(j));
+        } else {
+            near.extend((0..self.bounds.len()).filter(|j| self.bounds[*j].is_finite()));
+        }
+        near.retain(|j| *j != i && meets(&own, &self.bounds[*j]));
+        near.sort_unstable();
+        near
+    }
+}
+
+/// Returns how far rounding may move the coordinates of a box.
+fn rounding(a: &Aabb) -> DVec3 {
+    1e-12 * a.min.abs().max(a.max.abs())
+}
+
 /// Whether two boxes meet, as far as rounding can tell.
 fn meets(a: &Aabb, b: &Aabb) -> bool {
-    let rounding = 1e-12 * a.min.abs().max(a.max.abs());
+    let rounding = rounding(a);
     a.min.cmple(b.max + rounding).all() && b.min.cmple(a.max + rounding).all()
 }
 

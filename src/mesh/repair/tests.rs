@@ -72,6 +72,15 @@ fn vertices_that_are_not_finite_are_not_joined() {
 }
 
 #[test]
+fn distances_below_all_rounding_join_equal_coordinates_in_one_pass() {
+    let corner = |k: f64| DVec3::new(k, k * k, 0.0);
+    let positions = (0..100_000).map(|i| corner(f64::from(i % 50_000))).collect();
+    let mesh = Mesh::new(positions, vec![[0, 50_001, 2], [3, 4, 50_005]]).expect("in range");
+    let settings = RepairSettings { weld: 1e-310, ..RepairSettings::default() };
+    assert_eq!(mended(&mesh, settings).1.welded, 2);
+}
+
+#[test]
 fn flat_and_doubled_faces_are_dropped() {
     let mesh = changed(&shapes::cube(), |positions, triangles| {
         positions.push(DVec3::ONE);

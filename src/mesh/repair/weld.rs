@@ -6,14 +6,18 @@ use glam::DVec3;
 use hashbrown::HashTable;
 
 use crate::Result;
+use crate::math::Aabb;
 use crate::mesh::Mesh;
 use crate::mesh::repair::RepairReport;
 
 /// Joins every vertex to the first one within the distance, if any.
 pub(super) fn welded(mesh: &Mesh, distance: f64, done: &mut RepairReport) -> Result<Mesh> {
-    let cells = Cells { hasher: RandomState::new(), origin: mesh.bounds().min, distance };
-    let mut kept = HashTable::new();
     let positions = mesh.positions();
+    let bounds = Aabb::of_points(positions.iter().copied().filter(|p| p.is_finite()));
+    // Where cells are too many to be numbered only equal coordinates are as near as that.
+    let distance = if (bounds.extent() / distance).is_finite() { distance } else { 0.0 };
+    let cells = Cells { hasher: RandomState::new(), origin: bounds.min, distance };
+    let mut kept = HashTable::new();
     let count = positions.len() as u32;
     let mut target: Vec<u32> = (0..count).collect();
     for v in (0..count).filter(|&v| positions[v as usize].is_finite()) {

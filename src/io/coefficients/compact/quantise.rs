@@ -201,7 +201,7 @@ impl Known {
         let mut known = Vec::with_capacity(numbers.len() / stride + 1);
         for place in Place::all(lmax) {
             let value = numbers[place.index()];
-            if place.index() % stride == 0 {
+            if place.index().is_multiple_of(stride) {
                 known.push((place.l, context.surroundings(place), value));
             }
             context.push(value);
