@@ -24,7 +24,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use common::{exit, say};
+use common::{exit, interrupt, say};
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
 #[derive(Debug, Parser)]
@@ -87,6 +87,7 @@ fn main() -> ExitCode {
         // Fails only when the pool exists already, and nothing has used it yet.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
     }
+    interrupt::listen();
     let done = match &arguments.verb {
         Verb::Render(verb) => render::run(verb, arguments.json),
         Verb::Illum(verb) => illum::run(verb, arguments.json),

@@ -3,26 +3,28 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use harmolux::fit::Shape;
+use harmolux::fit::{Fit, Shape, Source};
 use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
-use harmolux::study::{SweepRow, sweep, sweep_figure};
+use harmolux::study::{SweepRow, SweptSeries, sweep_degree, sweep_figure, sweep_mesh};
 use harmolux::{Error, Result};
 
 use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
+use crate::common::growing::{GrowingTable, KEY, key};
 use crate::common::inputs::{read_mesh, source};
 use crate::common::plot::PlotFormat;
-use crate::common::say;
+use crate::common::progress::Meter;
 use crate::common::shape_file::{self, ShapeFile};
 use crate::common::values::{Degrees, degrees};
+use crate::common::{interrupt, say};
 
 /// Measure what each truncation degree costs and buys, beside the mesh itself
 ///
 /// For each degree: bytes, RMS and largest radial error, time to fit, time to trace a ray. Writes
 /// sweep.csv, the plot of error against bytes as sweep.svg and sweep.png, and the coefficients of
-/// each degree.
+/// each degree. A run that was ended goes on when it is started again; --force begins anew.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux sweep head.obj -l 4,8,16,32,64 -o out
@@ -56,41 +58,44 @@ pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
 }
 
 fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
-    let mut table = columns();
-    let csv = Output::open(&verb.output.join("sweep.csv"), &table.csv_kind()?, verb.force)?;
-    let stem = verb.mesh.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let file = |degree: &usize| {
-        let path = verb.output.join(format!("{stem}-{degree}.txt"));
-        shape_file::open(&path, verb.force)
-    };
+    let meter = Meter::start("reading the mesh");
+    let mut table = GrowingTable::open(&verb.output.join("sweep.csv"), columns(), verb.force)?;
     let plot = |(name, format): (&str, PlotFormat)| {
         Ok((format, Output::open(&verb.output.join(name), &format.kind(), verb.force)?))
     };
     let plots = [("sweep.svg", PlotFormat::Svg), ("sweep.png", PlotFormat::Png)];
     let plots: Vec<(PlotFormat, Output)> = plots.into_iter().map(plot).collect::<Result<_>>()?;
-    let files: Vec<ShapeFile> = verb.degrees.0.iter().map(file).collect::<Result<_>>()?;
+    let lines = lines(verb, &mut table)?;
     let mesh = read_mesh(&verb.mesh, &verb.habits)?;
-    let lines = verb.degrees.0.len() + 1;
-    let rows = sweep(&mesh, &verb.degrees.0, &|done| say::note(&format!("{done} of {lines}")))
-        .map_err(|e| about(&verb.mesh, e))?;
-    for row in &rows {
-        fill(&mut table, row);
+    let source = source(&verb.mesh)?;
+    {
+        let _whole = interrupt::writing();
+        table.begin()?;
     }
-    csv.write(&table.to_csv()?)?;
+    let all = lines.len();
+    let mut rows = Vec::new();
+    for (i, line) in lines.into_iter().enumerate() {
+        meter.stage(&format!("line {} of {all}", i + 1));
+        rows.push(match line {
+            Line::Done(row) => row,
+            Line::Series(degree, file) => {
+                let (fit, row) = sweep_degree(&mesh, degree).map_err(|e| about(&verb.mesh, e))?;
+                keep(verb, &table, &row, &source, Some((fit, file)))?
+            }
+            Line::Mesh => {
+                let row = sweep_mesh(&mesh).map_err(|e| about(&verb.mesh, e))?;
+                keep(verb, &table, &row, &source, None)?
+            }
+        });
+        say::note(&format!("{} of {all}", i + 1));
+    }
+    meter.finish();
+    let _whole = interrupt::writing();
+    let table = table.finish(rows)?;
+    let rows: Vec<SweepRow> = table.rows().iter().filter_map(|cells| swept(cells)).collect();
     let figure = sweep_figure(&rows);
     for (format, output) in plots {
         format.write(&figure, output)?;
-    }
-    let source = source(&verb.mesh)?;
-    for (row, file) in rows.iter().zip(files) {
-        let Some(fit) = &row.fit else { continue };
-        let shape = Shape {
-            coefficients: fit.coefficients.clone(),
-            centre: fit.centre,
-            source: Some(source.clone()),
-            truncated_from: None,
-        };
-        file.write(&shape)?;
     }
     if as_json {
         say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
@@ -99,6 +104,55 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
         say::note(&format!("written to {}", verb.output.display()));
     }
     Ok(Code::Done)
+}
+
+/// What a line of the sweep needs.
+enum Line {
+    /// Nothing: it is there.
+    Done(Vec<Cell>),
+    /// A fit, and the file it goes to.
+    Series(usize, ShapeFile),
+    Mesh,
+}
+
+/// Looks which lines an earlier run has done, and opens the files of the others.
+fn lines(verb: &Sweep, table: &mut GrowingTable) -> Result<Vec<Line>> {
+    let key = || Ok(key(&source(&verb.mesh)?, &verb.habits));
+    let stem = verb.mesh.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let mut lines = Vec::new();
+    for &degree in &verb.degrees.0 {
+        let first = [Cell::from("series"), Cell::from(degree)];
+        let path = verb.output.join(format!("{stem}-{degree}.txt"));
+        let done = table.done(&first, key)?.filter(|_| path.is_file());
+        lines.push(if let Some(row) = done {
+            Line::Done(row)
+        } else {
+            table.leave_out(&first);
+            Line::Series(degree, shape_file::open(&path, verb.force)?)
+        });
+    }
+    lines.push(table.done(&["mesh".into()], key)?.map_or(Line::Mesh, Line::Done));
+    Ok(lines)
+}
+
+/// Writes what a line brought: its row, and the coefficients.
+fn keep(
+    verb: &Sweep,
+    table: &GrowingTable,
+    row: &SweepRow,
+    source: &Source,
+    fitted: Option<(Fit, ShapeFile)>,
+) -> Result<Vec<Cell>> {
+    let cells = cells(row, key(source, &verb.habits));
+    // A row whose file is missing does not count as done.
+    let _whole = interrupt::writing();
+    table.append(&cells)?;
+    if let Some((fit, file)) = fitted {
+        let source = Some(source.clone());
+        let Fit { coefficients, centre, .. } = fit;
+        file.write(&Shape { coefficients, centre, source, truncated_from: None })?;
+    }
+    Ok(cells)
 }
 
 fn columns() -> Table {
@@ -111,32 +165,49 @@ fn columns() -> Table {
         "relative_max",
         "fit_ms",
         "ns_per_ray",
+        KEY,
     ])
 }
 
-fn fill(table: &mut Table, row: &SweepRow) {
-    let mut cells = match &row.fit {
-        Some(fit) => vec![
+fn cells(row: &SweepRow, key: String) -> Vec<Cell> {
+    let mut cells = match &row.series {
+        Some(series) => vec![
             Cell::from("series"),
-            Cell::Whole(fit.coefficients.lmax() as u64),
-            Cell::Whole(fit.coefficients.count() as u64),
-            Cell::Whole(row.bytes as u64),
-            Cell::Number(fit.relative_rms()),
-            Cell::Number(fit.relative_max()),
-            Cell::Number(1e3 * fit.projection_time.as_secs_f64()),
+            Cell::from(series.degree),
+            Cell::from((series.degree + 1).pow(2)),
+            Cell::from(row.bytes),
+            Cell::Number(series.relative_rms),
+            Cell::Number(series.relative_max),
+            Cell::Number(series.fit_ms),
         ],
         None => vec![
             Cell::from("mesh"),
             Cell::Empty,
             Cell::Empty,
-            Cell::Whole(row.bytes as u64),
+            Cell::from(row.bytes),
             Cell::Number(0.0),
             Cell::Number(0.0),
             Cell::Empty,
         ],
     };
-    cells.push(Cell::Number(row.nanoseconds_per_ray));
-    table.push(cells);
+    cells.extend([Cell::Number(row.nanoseconds_per_ray), key.into()]);
+    cells
+}
+
+/// Reads what [`cells`] wrote.
+fn swept(cells: &[Cell]) -> Option<SweepRow> {
+    let number = |column: usize| cells.get(column).and_then(Cell::number);
+    let series = number(1).map(|degree| {
+        let [relative_rms, relative_max, fit_ms] = [4, 5, 6].map(number);
+        Some(SweptSeries {
+            degree: degree as usize,
+            relative_rms: relative_rms?,
+            relative_max: relative_max?,
+            fit_ms: fit_ms?,
+        })
+    });
+    let series = series.map_or(Some(None), |series| series.map(Some))?;
+    Some(SweepRow { series, bytes: number(3)? as usize, nanoseconds_per_ray: number(7)? })
 }
 
 fn report(rows: &[SweepRow]) {
@@ -152,14 +223,14 @@ fn report(rows: &[SweepRow]) {
     for row in rows {
         let speed = format!("{:.0}", row.nanoseconds_per_ray);
         let bytes = say::bytes(row.bytes);
-        match &row.fit {
-            Some(fit) => table.add_row([
-                format!("degree {}", fit.coefficients.lmax()),
-                fit.coefficients.count().to_string(),
+        match &row.series {
+            Some(series) => table.add_row([
+                format!("degree {}", series.degree),
+                (series.degree + 1).pow(2).to_string(),
                 bytes,
-                say::percent(fit.relative_rms()),
-                say::percent(fit.relative_max()),
-                format!("{:.0}", 1e3 * fit.projection_time.as_secs_f64()),
+                say::percent(series.relative_rms),
+                say::percent(series.relative_max),
+                format!("{:.0}", series.fit_ms),
                 speed,
             ]),
             None => table.add_row([

@@ -8,7 +8,7 @@ use glam::DVec3;
 use harmolux::Error;
 use harmolux::sh::Convention;
 
-use crate::common::advice;
+use crate::common::{advice, progress};
 
 /// Prints an error.
 pub(crate) fn error(error: &Error) {
@@ -23,7 +23,7 @@ pub(crate) fn warning(text: &str) {
 /// Prints a note about what is being done.
 pub(crate) fn note(text: &str) {
     // Talk that nobody can hear is not worth failing for.
-    let _ = writeln!(std::io::stderr(), "{text}");
+    progress::aside(|| drop(writeln!(std::io::stderr(), "{text}")));
 }
 
 /// Prints a line of data on stdout. A reader that has gone away ends the run quietly; any other

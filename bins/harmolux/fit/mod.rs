@@ -22,6 +22,8 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, choices};
 use crate::common::inputs::{read_mesh, read_points, source};
+use crate::common::interrupt;
+use crate::common::progress::Meter;
 use crate::common::shape_file::{self, ShapeFile};
 use crate::common::values::{point, tolerance};
 
@@ -29,7 +31,8 @@ use crate::common::values::{point, tolerance};
 ///
 /// The extension chooses the format: .txt is text as pyshtools reads it (4pi normalisation, no
 /// Condon-Shortley phase), .hxc the compact form, see `convert`; metres, z up. Several meshes are
-/// fitted into a folder, with one table of all, fits.csv. Points (.xyz, .csv: x y z and perhaps a
+/// fitted into a folder, with one table of all, fits.csv, which grows as they are done: a run that
+/// was ended goes on when it is started again; --force begins anew. Points (.xyz, .csv: x y z and perhaps a
 /// weight a line) are fitted by least squares, about the origin if it lies within their bounds,
 /// else about their mean.
 #[derive(Debug, Args)]
@@ -119,8 +122,12 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
 fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
     let started = Instant::now();
     let output = shape_file::open(&verb.output, verb.force)?;
+    let meter = Meter::start(&format!("fitting {}", mesh.display()));
     let fitted = fit_file(verb, mesh)?;
+    let whole = interrupt::writing();
     write(verb, &fitted, mesh, output)?;
+    drop(whole);
+    meter.finish();
     report::print(verb, &fitted, started.elapsed(), as_json);
     Ok(Code::Done)
 }
@@ -134,15 +141,22 @@ fn is_folder(output: &Path) -> bool {
 pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<Fitted> {
     if points::is_points(path) {
         let cloud = read_points(path, &verb.habits)?;
-        let settings = settings(verb, ProjectionName::LeastSquares);
-        return fit_points(&cloud, &settings).map(Fitted::Points).map_err(|e| about(path, e));
+        return fit_points(&cloud, &settings_for(verb, path))
+            .map(Fitted::Points)
+            .map_err(|e| about(path, e));
     }
     let mesh = read_mesh(path, &verb.habits)?;
-    let fitted = fit(&mesh, &settings(verb, ProjectionName::Conforming));
+    let fitted = fit(&mesh, &settings_for(verb, path));
     fitted.map(|f| Fitted::Mesh(Box::new(f))).map_err(|e| about(path, e))
 }
 
-fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
+/// Returns the settings of the fit of a mesh or point file.
+pub(crate) fn settings_for(verb: &Fit, path: &Path) -> FitSettings {
+    let usual = if points::is_points(path) {
+        ProjectionName::LeastSquares
+    } else {
+        ProjectionName::Conforming
+    };
     let projection = match verb.projection.unwrap_or(usual) {
         ProjectionName::Conforming => Projection::Conforming,
         ProjectionName::Grid => Projection::Grid { oversampling: verb.oversampling as usize },

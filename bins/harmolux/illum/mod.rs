@@ -24,9 +24,9 @@ use crate::common::exit::Code;
 use crate::common::flags::{SceneArguments, choices};
 use crate::common::plot::{self, PlotFormat};
 use crate::common::progress::Meter;
+use crate::common::say;
 use crate::common::scenes::{load_scene, read_scene, stop};
 use crate::common::surveys::{self, code, reached, settings};
-use crate::common::{interrupt, say};
 
 /// Measure illuminance, lx, at the sensors of a scene
 ///
@@ -87,14 +87,15 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let maps: Vec<MapTarget> = maps.collect::<Result<_>>()?;
     let targets = others.into_iter().map(|path| IllumTarget::open(path, &table, verb.force));
     let targets: Vec<IllumTarget> = targets.collect::<Result<_>>()?;
-    let loaded = load_scene(&file)?;
+    let meter = Meter::start("reading the scene");
+    let loaded = load_scene(&file, None, &meter)?;
     let known = loaded.sensors.iter().map(|group| known_illuminance(&file, group));
     let known: Vec<Option<Vec<f64>>> = known.collect::<Result<_>>()?;
     let settings = settings(&file.illum, &loaded.scene, &verb.common);
     // Those behind an object are left out: they measure nothing, and decide nothing.
     let counts: Vec<bool> =
         loaded.sensors.iter().flat_map(|g| g.behind.iter().map(Option::is_none)).collect();
-    let survey = measure(verb, &loaded, &settings, &counts)?;
+    let survey = measure(verb, &loaded, &settings, &counts, &meter)?;
     let counted = matches!(settings.estimator, Estimator::Photon { .. });
     let groups = groups(&loaded.sensors, known, &survey, &file.require, counted);
     fill(&mut table, &groups);
@@ -106,6 +107,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     for map in maps {
         map.write(&groups)?;
     }
+    meter.finish();
     if as_json {
         say::data(&report::json(&table, &groups, &survey)?);
     } else {
@@ -127,6 +129,7 @@ fn measure(
     loaded: &Loaded,
     settings: &SensorSettings,
     counts: &[bool],
+    meter: &Meter,
 ) -> Result<Survey> {
     let sensors = loaded.sensors.iter().flat_map(|g| g.sensors.iter().copied());
     let sensors: Vec<Sensor> =
@@ -143,11 +146,11 @@ fn measure(
     if settings.stop == Stop::default() && !is_radiosity {
         settings.stop = unasked(verb.common.quick);
     }
-    interrupt::listen();
-    let meter = Meter::start("measuring", "largest 95 % half width");
-    let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))
+    meter.stage("measuring");
+    let watch = |p: &_| meter.show(p, "largest 95 % half width");
+    let survey = illuminance(&loaded.scene, &sensors, &settings, &watch)
         .map_err(|e| about(&verb.common.scene, e))?;
-    meter.finish();
+    meter.stage("writing");
     Ok(survey.scattered(counts))
 }
 
