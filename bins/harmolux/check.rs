@@ -17,6 +17,7 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
 use crate::common::inputs::read_and_repair;
+use crate::common::progress::Meter;
 use crate::common::say;
 use crate::common::values::point;
 
@@ -68,7 +69,9 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
     let repaired =
         verb.output.as_ref().map(|p| open(p, MeshFormat::for_writing(p)?)).transpose()?;
     let bad = verb.bad.as_ref().map(|p| open(p, MeshFormat::Ply)).transpose()?;
+    let meter = Meter::start("reading the mesh");
     let (mesh, repair) = read_and_repair(&verb.mesh, &verb.habits)?;
+    meter.stage("checking the mesh");
     let settings = CheckSettings { centre: verb.centre, crossings: !verb.skip_crossings };
     let found = Findings::of(&mesh, &settings).map_err(|e| about(&verb.mesh, e))?;
     if let Some((output, format)) = repaired {
@@ -77,6 +80,7 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
     if let Some((output, _)) = bad {
         output.write(&coloured(&mesh, &found)?)?;
     }
+    meter.finish();
     if as_json {
         say::data(&value(&found, repair.as_ref(), verb).to_string());
     } else {

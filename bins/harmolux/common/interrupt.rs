@@ -59,7 +59,11 @@ fn register() -> io::Result<()> {
 /// Returns the signals that were ignored when the run began, signal n as bit n - 1; `None` where
 /// the system has no `/proc` that says so.
 fn ignored() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    ignored_by(&std::fs::read_to_string("/proc/self/status").ok()?)
+}
+
+/// Reads the mask of ignored signals of a process's status.
+fn ignored_by(status: &str) -> Option<u64> {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
     u64::from_str_radix(mask.trim(), 16).ok()
 }
@@ -91,4 +95,17 @@ pub(crate) fn saves() {
 /// Keeps a run that ends where it is from doing so until the guard is dropped.
 pub(crate) fn writing() -> MutexGuard<'static, ()> {
     WRITING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ignored_signals_are_read_from_the_status_of_a_process() {
+        let status = "Name:\tharmolux\nSigBlk:\t0000000000000002\nSigIgn:\t0000000001001003\n";
+        assert_eq!(ignored_by(status), Some(0x0100_1003));
+        assert_eq!(ignored_by("Name:\tharmolux\n"), None);
+        assert_eq!(ignored_by("SigIgn:\tnone\n"), None);
+    }
 }

@@ -92,9 +92,9 @@ pub(crate) fn columns<const N: usize>(rows: &[[f64; N]]) -> [usize; N] {
         numbers.sort_by(f64::total_cmp);
         // What differs by rounding alone is the same place.
         let size = numbers.iter().map(|x| x.abs()).fold(0.0, f64::max);
-        let apart = |pair: &&[f64]| pair[1] - pair[0] > 1e-12 * size;
+        numbers.dedup_by(|next, kept| *next - *kept <= 1e-12 * size);
         let tells = |digits: usize| {
-            let mut pairs = numbers.windows(2).filter(apart);
+            let mut pairs = numbers.windows(2);
             pairs.all(|pair| significant(pair[0], digits) != significant(pair[1], digits))
         };
         (4..13).find(|digits| tells(*digits)).unwrap_or(13)
