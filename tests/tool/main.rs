@@ -16,5 +16,7 @@ mod cli_fit;
 mod cli_illum;
 mod cli_render;
 mod cli_shapes;
+#[cfg(unix)]
+mod cli_signals;
 mod golden;
 mod on_surface;
