@@ -5,9 +5,9 @@
 //! cargo build --release && cargo run --release --example kill_resume
 //! ```
 //!
-//! HUP, INT, TERM and KILL come in random turns. Upon the first three the run saves; KILL loses what
-//! came after the last checkpoint (elsewhere than on Unix all are kills). Signals and moments follow
-//! from a seed, the first argument (1). Ends with 0 when all pictures are equal.
+//! HUP, INT, TERM and KILL come in random turns. Upon the first three the run saves; KILL loses
+//! what came after the last checkpoint (elsewhere than on Unix all are kills). Signals and moments
+//! follow from a seed, the first argument (1). Ends with 0 when all pictures are equal.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
@@ -81,7 +81,7 @@ fn main() -> Result<ExitCode, Failure> {
     let tool = tool()?;
     let mut all_equal = true;
     for (number, (name, from, to, end)) in SCENES.into_iter().enumerate() {
-        let scene = SCENE.replace(from, if from.is_empty() { "" } else { to }) + end;
+        let scene = SCENE.replace(from, to) + end;
         let equal = survives(&tool, &scene, hash([seed, number as u64]))?;
         println!("{name}: {KILLS} times, {}", if equal { "equal to the bit" } else { "DIFFERENT" });
         all_equal &= equal;

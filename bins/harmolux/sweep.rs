@@ -89,14 +89,16 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
         });
         say::note(&format!("{} of {all}", i + 1));
     }
-    meter.finish();
-    let _whole = interrupt::writing();
+    meter.stage("drawing the figure");
+    let whole = interrupt::writing();
     let table = table.finish(rows)?;
     let rows: Vec<SweepRow> = table.rows().iter().filter_map(|cells| swept(cells)).collect();
     let figure = sweep_figure(&rows);
     for (format, output) in plots {
         format.write(&figure, output)?;
     }
+    drop(whole);
+    meter.finish();
     if as_json {
         say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {

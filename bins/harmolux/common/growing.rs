@@ -1,5 +1,5 @@
-//! A table that grows on disk row by row as results come, so that a run that was ended, however that
-//! was, goes on where it was when it is started again.
+//! A table that grows on disk row by row as results come, so that a run that was ended, in whatever
+//! way, goes on where it was when it is started again.
 
 use std::fmt::Debug;
 use std::fs::OpenOptions;

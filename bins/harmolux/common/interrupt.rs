@@ -20,6 +20,9 @@ use super::say;
 static ASKED: AtomicBool = AtomicBool::new(false);
 /// Whether the run asks for it and saves by itself.
 static SAVES: AtomicBool = AtomicBool::new(false);
+/// Whether a file has come to the limit on the size of files; its write says so.
+#[cfg(unix)]
+static BEYOND: AtomicBool = AtomicBool::new(false);
 /// Held while something is being written that belongs together.
 static WRITING: Mutex<()> = Mutex::new(());
 
@@ -49,8 +52,7 @@ fn register() -> io::Result<()> {
         if ignored.is_some() && !is_ignored(SIGHUP) {
             flag::register(SIGHUP, &ASKED)?;
         }
-        // The limit on the size of files is an error of the write that goes beyond it.
-        static BEYOND: AtomicBool = AtomicBool::new(false);
+        // With a handler the write that goes beyond the limit fails, and says so.
         flag::register(SIGXFSZ, &BEYOND)?;
     }
     Ok(())

@@ -91,7 +91,9 @@ impl Meter {
     }
 
     /// Takes the bar away.
-    pub(crate) fn finish(self) {}
+    pub(crate) fn finish(self) {
+        drop(self);
+    }
 }
 
 impl Drop for Meter {

@@ -70,8 +70,9 @@ fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
         say::warning(&format!("{}: {warning}", row.name()));
     }
     let failed = rows.iter().filter(|row| row.error.is_some()).map(Row::name).collect::<Vec<_>>();
-    let _whole = interrupt::writing();
+    let whole = interrupt::writing();
     let table = table.finish(rows.into_iter().map(|row| row.cells).collect())?;
+    drop(whole);
     if as_json {
         say::data(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
