@@ -18,6 +18,7 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
 use crate::common::inputs::{MeshRead, read_mesh};
+use crate::common::progress::Meter;
 use crate::common::target::write_all;
 use crate::common::values::point;
 use crate::common::{paths, say};
@@ -70,12 +71,15 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
     let repaired =
         verb.output.as_ref().map(|p| open(p, MeshFormat::for_writing(p)?)).transpose()?;
     let bad = verb.bad.as_ref().map(|p| open(p, MeshFormat::Ply)).transpose()?;
+    let meter = Meter::start("reading the mesh");
     let MeshRead { mesh, repair, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
+    meter.stage("checking the mesh");
     let settings = CheckSettings { centre: verb.centre, crossings: !verb.skip_crossings };
     let found = Findings::of(&mesh, &settings).map_err(|e| about(&verb.mesh, e))?;
     let repaired = repaired.map(|(output, format)| output.write(&meshes::encode(&mesh, format)?));
     let bad = bad.map(|(output, _)| output.write(&coloured(&mesh, &found)?));
     let written = write_all(repaired.into_iter().chain(bad));
+    meter.finish();
     if as_json {
         say::json(&value(&found, repair.as_ref(), verb));
     } else {

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use crate::common::advice;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, SeriesHabits};
+use crate::common::progress::Meter;
 use crate::common::subject::Read;
 use crate::common::target::write_all;
 use crate::common::values::{length, point};
@@ -72,12 +73,14 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     let output = output.transpose()?;
     let map = verb.map.as_ref().map(|path| Output::open(path, &MeshFormat::Ply.kind(), verb.force));
     let map = map.transpose()?;
+    let meter = Meter::start("reading the shapes");
     let [a, b] = [&verb.a, &verb.b].map(|path| Read::open(path, &verb.series, &verb.mesh));
     let (a, b) = (a?, b?);
     let settings = CompareSettings {
         width: verb.width.or(verb.tolerance.map(|t| 0.25 * t)),
         centre: verb.centre,
     };
+    meter.stage("comparing the shapes");
     let ready = Pair::new(a.subject(), b.subject(), &settings);
     let pair = ready.map_err(|e| about_both(verb, e))?;
     let found = pair.compare().map_err(|e| about_both(verb, e))?;
@@ -86,6 +89,7 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     let csv = output.map(|output| output.write(&table.to_csv()?));
     let map = map.map(|output| write_map(output, &pair.distance_map()));
     let written = write_all(csv.into_iter().chain(map));
+    meter.finish();
     if as_json {
         say::json(&value(verb, &found, met));
     } else {

@@ -24,7 +24,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use common::{exit, resources, say};
+use common::{exit, interrupt, resources, say};
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
 #[derive(Debug, Parser)]
@@ -98,6 +98,7 @@ fn main() -> ExitCode {
         say::note(&format!("error: {error}"));
         return exit::Code::Failed.into();
     }
+    interrupt::listen();
     let done = match &arguments.verb {
         Verb::Render(verb) => render::run(verb, arguments.json),
         Verb::Illum(verb) => illum::run(verb, arguments.json),

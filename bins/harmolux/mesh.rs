@@ -15,8 +15,9 @@ use serde_json::{Value, json};
 use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
+use crate::common::progress::{self, Meter};
 use crate::common::values::{length, size};
-use crate::common::{paths, progress, say};
+use crate::common::{paths, say};
 
 /// Turn coefficients into a mesh
 ///
@@ -99,10 +100,12 @@ pub(crate) fn run(verb: &Mesh, as_json: bool) -> Result<Code> {
     let shape = coefficients::read(&verb.shape, &verb.reading.options())?;
     let shape = verb.degree.map_or(shape.clone(), |l| shape.truncated(l as usize));
     let f = &shape.coefficients;
+    let meter = Meter::start("making the mesh");
     let made = tessellate(f, shape.centre, resolution(verb, f.mean()))
         .map_err(|e| about(&verb.shape, e))?;
     let volume = volume(f)?;
     output.write(&encode(&made.mesh, format)?)?;
+    meter.finish();
     if as_json {
         say::json(&value(verb, &made, volume));
     } else {

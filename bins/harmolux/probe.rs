@@ -16,9 +16,9 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::SceneArguments;
 use crate::common::progress::Meter;
+use crate::common::say;
 use crate::common::scenes::{load_scene, read_scene};
 use crate::common::surveys::{self, code, reached, settings};
-use crate::common::{interrupt, say};
 
 /// Measure luminance, cd/m2, along rays given on stdin, or illuminance, lx, at points
 ///
@@ -46,7 +46,9 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     let mut file = read_scene(&verb.common)?;
     // Nobody asks for them here.
     file.sensors.clear();
-    let loaded = load_scene(&file)?;
+    let meter = Meter::start("reading the scene");
+    let loaded = load_scene(&file, None, &meter)?;
+    meter.finish();
     let asked = read_stdin()?;
     if asked.is_empty() {
         say::note("no ray was read: stdin holds no line of x y z dx dy dz");
@@ -65,9 +67,8 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
         behind.fill(None);
     }
     let settings = settings(&file.illum, &loaded.scene, &verb.common);
-    interrupt::listen();
-    let meter = Meter::start("measuring", "largest 95 % half width");
-    let watch = |p: &_| meter.show(p);
+    let meter = Meter::start("measuring");
+    let watch = |p: &_| meter.show(p, "largest 95 % half width");
     let survey = if verb.illuminance {
         let counts: Vec<bool> = behind.iter().map(Option::is_none).collect();
         let sensors = sensors.iter().zip(&counts).filter(|(_, counts)| **counts);

@@ -3,28 +3,30 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use harmolux::fit::Shape;
+use harmolux::fit::{Fit, Shape, Source};
 use harmolux::io::input::Input;
 use harmolux::io::output::{Output, Stage};
 use harmolux::io::tables::{Cell, Table};
-use harmolux::study::{SweepRow, sweep, sweep_figure};
+use harmolux::study::{SweepRow, SweptSeries, sweep_degree, sweep_figure, sweep_mesh};
 use harmolux::{Error, Result};
 
 use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
+use crate::common::growing::{GrowingTable, KEY, key};
 use crate::common::inputs::{MeshRead, read_mesh};
 use crate::common::plot::PlotFormat;
-use crate::common::say;
+use crate::common::progress::Meter;
 use crate::common::shape_file;
 use crate::common::target::write_all;
 use crate::common::values::{Degrees, degrees};
+use crate::common::{interrupt, say};
 
 /// Measure what each truncation degree costs and buys, beside the mesh itself
 ///
 /// For each degree: bytes, RMS and largest radial error, time to fit, time to trace a ray. Writes
 /// sweep.csv, the plot of error against bytes as sweep.svg and sweep.png, and the coefficients of
-/// each degree.
+/// each degree. A run that was ended goes on when it is started again; --force begins anew.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux sweep head.obj -l 4,8,16,32,64 -o out
@@ -40,7 +42,7 @@ pub(crate) struct Sweep {
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) habits: MeshHabits,
-    /// Replace files that are there already
+    /// Replace files that another program wrote
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -58,42 +60,46 @@ pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
 }
 
 fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
-    let mut table = columns();
-    let csv = Output::open(&verb.output.join("sweep.csv"), &table.csv_kind()?, verb.force)?;
-    let stem = verb.mesh.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let file = |degree: usize| {
-        let path = verb.output.join(format!("{stem}-{degree}.txt"));
-        shape_file::open(&path, verb.force)
-    };
+    let meter = Meter::start("reading the mesh");
+    let mut table = GrowingTable::open(&verb.output.join("sweep.csv"), columns(), verb.force)?;
     let plot = |(name, format): (&str, PlotFormat)| {
         Ok((format, Output::open(&verb.output.join(name), &format.kind(), verb.force)?))
     };
     let plots = [("sweep.svg", PlotFormat::Svg), ("sweep.png", PlotFormat::Png)];
     let plots: Vec<(PlotFormat, Output)> = plots.into_iter().map(plot).collect::<Result<_>>()?;
-    // Checked now, held only while it is written: there may be more than can be open at once.
-    verb.degrees.0.iter().try_for_each(|degree| file(*degree).map(drop))?;
     let MeshRead { mesh, source, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
-    let lines = verb.degrees.0.len() + 1;
-    let rows = sweep(&mesh, &verb.degrees.0, &|done| say::note(&format!("{done} of {lines}")))
-        .map_err(|e| about(&verb.mesh, e))?;
-    for row in &rows {
-        fill(&mut table, row);
+    let lines = lines(verb, &source, &mut table)?;
+    {
+        let _whole = interrupt::writing();
+        table.begin()?;
     }
-    let fits = rows.iter().filter_map(|row| row.fit.as_ref());
-    let shapes = fits.map(|fit| {
-        let shape = Shape {
-            coefficients: fit.coefficients.clone(),
-            centre: fit.centre,
-            source: Some(source.clone()),
-            truncated_from: None,
-        };
-        file(fit.coefficients.lmax())?.write(&shape)
-    });
+    let all = lines.len();
+    let mut rows = Vec::new();
+    for (i, line) in lines.into_iter().enumerate() {
+        meter.stage(&format!("line {} of {all}", i + 1));
+        rows.push(match line {
+            Line::Done(row) => row,
+            Line::Series(degree, path) => {
+                let file = shape_file::open(&path, verb.force)?;
+                let (fit, row) = sweep_degree(&mesh, degree).map_err(|e| about(&verb.mesh, e))?;
+                keep(verb, &table, &row, &source, Some((fit, file)))?
+            }
+            Line::Mesh => {
+                let row = sweep_mesh(&mesh).map_err(|e| about(&verb.mesh, e))?;
+                keep(verb, &table, &row, &source, None)?
+            }
+        });
+        say::note(&format!("{} of {all}", i + 1));
+    }
+    meter.stage("drawing the figure");
+    let whole = interrupt::writing();
+    let table = table.finish(rows)?;
+    let rows: Vec<SweepRow> = table.rows().iter().filter_map(|cells| swept(cells)).collect();
     let figure = sweep_figure(&rows);
     let plots = plots.into_iter().map(|(format, o)| format.write(&figure, o, Stage::Complete));
-    // What took longest to get first, the pictures last.
-    let table_written = std::iter::once_with(|| csv.write(&table.to_csv()?));
-    let written = write_all(shapes.chain(table_written).chain(plots));
+    let written = write_all(plots);
+    drop(whole);
+    meter.finish();
     if as_json {
         say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
@@ -106,6 +112,57 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     Ok(Code::Done)
 }
 
+/// What a line of the sweep needs.
+enum Line {
+    /// Nothing: it is there.
+    Done(Vec<Cell>),
+    /// A fit, and the file it goes to, which is held only then: there may be more than can be open
+    /// at once.
+    Series(usize, PathBuf),
+    Mesh,
+}
+
+/// Looks which lines an earlier run has done, and whether the files of the others can be written.
+fn lines(verb: &Sweep, source: &Source, table: &mut GrowingTable) -> Result<Vec<Line>> {
+    let key = || Ok(key(source, &verb.habits));
+    let stem = verb.mesh.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let mut lines = Vec::new();
+    for &degree in &verb.degrees.0 {
+        let first = [Cell::from("series"), Cell::from(degree)];
+        let path = verb.output.join(format!("{stem}-{degree}.txt"));
+        let done = table.done(&first, key)?.filter(|_| path.is_file());
+        lines.push(if let Some(row) = done {
+            Line::Done(row)
+        } else {
+            table.leave_out(&first);
+            drop(shape_file::open(&path, verb.force)?);
+            Line::Series(degree, path)
+        });
+    }
+    lines.push(table.done(&["mesh".into()], key)?.map_or(Line::Mesh, Line::Done));
+    Ok(lines)
+}
+
+/// Writes what a line brought: its row, and the coefficients.
+fn keep(
+    verb: &Sweep,
+    table: &GrowingTable,
+    row: &SweepRow,
+    source: &Source,
+    fitted: Option<(Fit, shape_file::ShapeFile)>,
+) -> Result<Vec<Cell>> {
+    let cells = cells(row, key(source, &verb.habits));
+    // A row whose file is missing does not count as done.
+    let _whole = interrupt::writing();
+    table.append(&cells)?;
+    if let Some((fit, file)) = fitted {
+        let source = Some(source.clone());
+        let Fit { coefficients, centre, .. } = fit;
+        file.write(&Shape { coefficients, centre, source, truncated_from: None })?;
+    }
+    Ok(cells)
+}
+
 fn columns() -> Table {
     Table::new([
         "shape",
@@ -116,32 +173,49 @@ fn columns() -> Table {
         "relative_max",
         "fit_ms",
         "ns_per_ray",
+        KEY,
     ])
 }
 
-fn fill(table: &mut Table, row: &SweepRow) {
-    let mut cells = match &row.fit {
-        Some(fit) => vec![
+fn cells(row: &SweepRow, key: String) -> Vec<Cell> {
+    let mut cells = match &row.series {
+        Some(series) => vec![
             Cell::from("series"),
-            Cell::Whole(fit.coefficients.lmax() as u64),
-            Cell::Whole(fit.coefficients.count() as u64),
-            Cell::Whole(row.bytes as u64),
-            Cell::Number(fit.relative_rms()),
-            Cell::Number(fit.relative_max()),
-            Cell::Number(1e3 * fit.projection_time.as_secs_f64()),
+            Cell::from(series.degree),
+            Cell::from((series.degree + 1).pow(2)),
+            Cell::from(row.bytes),
+            Cell::Number(series.relative_rms),
+            Cell::Number(series.relative_max),
+            Cell::Number(series.fit_ms),
         ],
         None => vec![
             Cell::from("mesh"),
             Cell::Empty,
             Cell::Empty,
-            Cell::Whole(row.bytes as u64),
+            Cell::from(row.bytes),
             Cell::Number(0.0),
             Cell::Number(0.0),
             Cell::Empty,
         ],
     };
-    cells.push(Cell::Number(row.nanoseconds_per_ray));
-    table.push(cells);
+    cells.extend([Cell::Number(row.nanoseconds_per_ray), key.into()]);
+    cells
+}
+
+/// Reads what [`cells`] wrote.
+fn swept(cells: &[Cell]) -> Option<SweepRow> {
+    let number = |column: usize| cells.get(column).and_then(Cell::number);
+    let series = number(1).map(|degree| {
+        let [relative_rms, relative_max, fit_ms] = [4, 5, 6].map(number);
+        Some(SweptSeries {
+            degree: degree as usize,
+            relative_rms: relative_rms?,
+            relative_max: relative_max?,
+            fit_ms: fit_ms?,
+        })
+    });
+    let series = series.map_or(Some(None), |series| series.map(Some))?;
+    Some(SweepRow { series, bytes: number(3)? as usize, nanoseconds_per_ray: number(7)? })
 }
 
 fn report(rows: &[SweepRow]) {
@@ -157,14 +231,14 @@ fn report(rows: &[SweepRow]) {
     for row in rows {
         let speed = format!("{:.0}", row.nanoseconds_per_ray);
         let bytes = say::bytes(row.bytes);
-        match &row.fit {
-            Some(fit) => table.add_row([
-                format!("degree {}", fit.coefficients.lmax()),
-                fit.coefficients.count().to_string(),
+        match &row.series {
+            Some(series) => table.add_row([
+                format!("degree {}", series.degree),
+                (series.degree + 1).pow(2).to_string(),
                 bytes,
-                say::percent(fit.relative_rms()),
-                say::percent(fit.relative_max()),
-                format!("{:.0}", 1e3 * fit.projection_time.as_secs_f64()),
+                say::percent(series.relative_rms),
+                say::percent(series.relative_max),
+                format!("{:.0}", series.fit_ms),
                 speed,
             ]),
             None => table.add_row([

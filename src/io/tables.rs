@@ -22,6 +22,17 @@ pub enum Cell {
     Empty,
 }
 
+impl Cell {
+    /// Returns the number that it holds.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Whole(number) => Some(*number as f64),
+            Self::Text(_) | Self::Empty => None,
+        }
+    }
+}
+
 impl From<&str> for Cell {
     fn from(text: &str) -> Self {
         Self::Text(text.to_owned())
@@ -141,13 +152,48 @@ impl Table {
     /// # Errors
     /// [`Error::Numeric`] with the writer's complaint; none is known.
     pub fn to_csv(&self) -> Result<Vec<u8>> {
-        let failed = |e: &dyn fmt::Display| Error::Numeric(format!("the CSV writer failed: {e}"));
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record(&self.header).map_err(|e| failed(&e))?;
         for row in &self.rows {
             writer.write_record(row.iter().map(Cell::to_string)).map_err(|e| failed(&e))?;
         }
         writer.into_inner().map_err(|e| failed(&e.error()))
+    }
+
+    /// Writes one row of such a table as its line of CSV.
+    ///
+    /// # Errors
+    /// As [`Table::to_csv`].
+    pub fn csv_line(row: &[Cell]) -> Result<Vec<u8>> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(row.iter().map(Cell::to_string)).map_err(|e| failed(&e))?;
+        writer.into_inner().map_err(|e| failed(&e.error()))
+    }
+
+    /// Adds the rows of a CSV file of such a table; the columns named `texts` hold texts, the
+    /// others numbers. A last line that was cut off is left out, and all from the first on that is
+    /// no row.
+    pub fn add_csv(&mut self, bytes: &[u8], texts: &[&str]) {
+        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        let mut reader = csv::Reader::from_reader(&bytes[..whole]);
+        let header = self.header.clone();
+        let cell = |(name, text): (&String, &str)| match text {
+            "" => Cell::Empty,
+            text if texts.contains(&name.as_str()) => text.into(),
+            text => text
+                .parse()
+                .map(Cell::Whole)
+                .or_else(|_| text.parse().map(Cell::Number))
+                .unwrap_or_else(|_| text.into()),
+        };
+        let records = reader.records().map_while(Result::ok);
+        let records = records.take_while(|record| record.len() == header.len());
+        self.rows.extend(records.map(|r| header.iter().zip(&r).map(cell).collect()));
+    }
+
+    /// Leaves out rows.
+    pub fn retain(&mut self, keep: impl FnMut(&Vec<Cell>) -> bool) {
+        self.rows.retain(keep);
     }
 
     /// Writes `{"software": ..., "rows": [{column: value, ...}, ...]}`, columns in their order.
@@ -160,6 +206,10 @@ impl Table {
         bytes.push(b'\n');
         Ok(bytes)
     }
+}
+
+fn failed(e: &dyn fmt::Display) -> Error {
+    Error::Numeric(format!("the CSV writer failed: {e}"))
 }
 
 impl Serialize for Table {
@@ -220,6 +270,22 @@ mod tests {
             csv,
             "zone,degree,energy\n\"a \"\"b\"\", c\",7,0.3333333333333333\n,8,1e300\né,9,NaN\n"
         );
+    }
+
+    #[test]
+    fn csv_comes_back_to_the_last_bit_without_what_was_cut_off() {
+        let table = table();
+        let mut csv = table.to_csv().expect("written");
+        csv.extend(Table::csv_line(&table.rows()[0]).expect("written"));
+        csv.extend(b"cut,7,0.33");
+        let mut read = Table::new(["zone", "degree", "energy"]);
+        read.add_csv(&csv, &["zone"]);
+        assert_eq!(read.rows().len(), 4);
+        assert_eq!(read.rows()[3], table.rows()[0]);
+        assert_eq!(format!("{:?}", &read.rows()[..3]), format!("{:?}", table.rows()));
+        let mut read = Table::new(["zone", "degree", "energy"]);
+        read.add_csv(b"zone,degree,energy\n1,2,3\n1,2\n1,2,3\n", &["zone"]);
+        assert_eq!(read.rows(), [[Cell::from("1"), Cell::Whole(2), Cell::Whole(3)]]);
     }
 
     #[test]

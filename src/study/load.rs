@@ -13,6 +13,7 @@ use super::on_surface::Form;
 use super::sensors::{SensorGroup, behind, check_distances, sensors};
 use super::shared_surfaces::{Preparation, SharedSurfaces};
 use super::solids::{self, Body, Solid};
+use super::stage::{Stage, StageObserver};
 use super::warnings::{coincidences, misplaced_cameras, misplaced_sensors, overlaps};
 use crate::fit::Fit;
 use crate::io::input::FilesRead;
@@ -81,19 +82,25 @@ pub struct DetailedObject {
 /// [`Error::Input`] (or [`Error::Parameter`] for an override) that points at the key concerned: a
 /// file that cannot be used, a mesh that cannot be fitted, a light inside an object.
 pub fn load(file: &SceneFile) -> Result<Loaded> {
-    load_for_camera(file, None)
+    load_for_camera(file, None, &|_| ())
 }
 
-/// Builds the scene for a picture that `camera` takes: SH objects get the degrees that the `detail`
-/// of the file, or of the object, allows.
+/// Builds the scene for a picture that `camera` takes, if one is given: SH objects get the degrees
+/// that the `detail` of the file, or of the object, allows. `observer` is told what is begun.
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_for_camera(file: &SceneFile, camera: Option<&Camera>) -> Result<Loaded> {
+pub fn load_for_camera(
+    file: &SceneFile,
+    camera: Option<&Camera>,
+    observer: StageObserver,
+) -> Result<Loaded> {
     let mut shared = SharedSurfaces::default();
+    let objects = file.objects.iter();
     let built =
-        file.objects.iter().map(|(name, spec)| build(file, &mut shared, name, spec, camera));
+        objects.map(|(name, spec)| build(file, &mut shared, name, spec, (camera, observer)));
     let built: Vec<Built> = built.collect::<Result<_>>()?;
+    observer(Stage::Checking);
     let solids: Vec<Solid> = built.iter().filter_map(|b| Solid::new(&b.object, b.body)).collect();
     let mut warnings = faulty_meshes(&built);
     warnings.extend(overlaps(&solids));
@@ -110,7 +117,8 @@ pub fn load_for_camera(file: &SceneFile, camera: Option<&Camera>) -> Result<Load
     });
     let files = files.collect();
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
-    let sensors = sensors(file, &scene, &built, &solids)?;
+    let sensors = sensors(file, &scene, (&built, &solids), observer)?;
+    observer(Stage::Checking);
     check_distances(file, &sensors, scene.lights())?;
     warnings.extend(coincidences(&scene, &solids));
     warnings.extend(misplaced_sensors(&sensors, &scene));
@@ -170,7 +178,7 @@ fn build(
     shared: &mut SharedSurfaces,
     name: &str,
     spec: &ObjectSpec,
-    camera: Option<&Camera>,
+    (camera, observer): (Option<&Camera>, StageObserver),
 ) -> Result<Built> {
     let own = material(file, spec.material())?;
     match spec {
@@ -199,8 +207,11 @@ fn build(
             let object = Object { name: name.to_owned(), surface, area: None, materials };
             Ok(Built::new(object, Body::Open))
         }
-        ObjectSpec::Mesh(s) => build_mesh(file, shared, name, s, own),
-        ObjectSpec::Sh(s) => build_sh(file, shared, name, s, own, camera),
+        ObjectSpec::Mesh(s) => {
+            observer(Stage::Preparing(name));
+            build_mesh(file, shared, name, s, own)
+        }
+        ObjectSpec::Sh(s) => build_sh(file, shared, (name, s), own, (camera, observer)),
     }
 }
 
@@ -224,13 +235,14 @@ fn build_mesh(
 fn build_sh(
     file: &SceneFile,
     shared: &mut SharedSurfaces,
-    name: &str,
-    spec: &ShSpec,
+    (name, spec): (&str, &ShSpec),
     own: Material,
-    camera: Option<&Camera>,
+    (camera, observer): (Option<&Camera>, StageObserver),
 ) -> Result<Built> {
     let at_key = |e| at_file(file, &["objects", name, "sh", "file"], &spec.file, e);
+    observer(Stage::Reading(name));
     let shape = shared.sh(&spec.file.resolved, spec.degree, spec.centre).map_err(at_key)?;
+    observer(Stage::Preparing(name));
     let placement = spec.placement().about(shape.centre)?;
     let detail = seen_detail(&shape.series, &placement, file, spec, camera).map_err(at_key)?;
     let degree = detail.map_or(shape.series.lmax(), |d| d.degree);
@@ -438,7 +450,9 @@ normal = [0, 0, 1]
         let mut shared = SharedSurfaces::default();
         let built: Vec<Built> = (0..32)
             .map(|i| format!("head{i}"))
-            .map(|name| build(&file, &mut shared, &name, &file.objects[&name], Some(&camera)))
+            .map(|name| {
+                build(&file, &mut shared, &name, &file.objects[&name], (Some(&camera), &|_| ()))
+            })
             .collect::<Result<_>>()
             .expect("builds");
         let degrees: Vec<usize> = built.iter().filter_map(|b| b.detail).map(|d| d.degree).collect();

@@ -13,6 +13,7 @@ mod requirements;
 mod sensors;
 mod shared_surfaces;
 mod solids;
+mod stage;
 mod sweep;
 #[cfg(feature = "plots")]
 mod sweep_figure;
@@ -30,7 +31,8 @@ pub use load::{DetailedObject, FittedObject, Loaded, camera, load, load_for_came
 pub use requirements::{Judged, Verdict, judge};
 pub use sensors::SensorGroup;
 pub use shared_surfaces::Preparation;
-pub use sweep::{SweepRow, sweep};
+pub use stage::{Stage, StageObserver};
+pub use sweep::{SweepRow, SweptSeries, sweep_degree, sweep_mesh};
 #[cfg(feature = "plots")]
 pub use sweep_figure::sweep_figure;
 pub use view::check_view;

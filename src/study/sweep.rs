@@ -15,10 +15,10 @@ use crate::mesh::Mesh;
 use crate::surface::{Intersector, MeshSurface, ShSurface, Surface};
 
 /// Holds one line of a sweep.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SweepRow {
-    /// The fit; `None` for the mesh itself.
-    pub fit: Option<Fit>,
+    /// What the fit has; `None` for the mesh itself.
+    pub series: Option<SweptSeries>,
     /// Bytes in f32: the coefficients, or vertices and indices of the mesh.
     pub bytes: usize,
     /// Time per first hit on one thread, nanoseconds: random chords of the bounding ball, median of
@@ -26,43 +26,60 @@ pub struct SweepRow {
     pub nanoseconds_per_ray: f64,
 }
 
+/// Describes the fit of one degree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SweptSeries {
+    /// The degree.
+    pub degree: usize,
+    /// The root mean square of the radial error, relative to the mean radius.
+    pub relative_rms: f64,
+    /// The largest radial error, relative to the mean radius.
+    pub relative_max: f64,
+    /// The time of the projection, milliseconds.
+    pub fit_ms: f64,
+}
+
 /// Rays that are timed for an SH body and for the mesh.
 const RAYS: usize = 20_000;
 /// Passes over the rays; the median counts.
 const PASSES: usize = 7;
 
-/// Fits the mesh to each degree and measures it; the mesh itself comes last. `watch` is told the
-/// number of finished lines.
+/// Fits a mesh to one degree and measures the fit.
 ///
 /// # Errors
-/// As [`fit`], and when a fitted radius is not positive everywhere.
-pub fn sweep(mesh: &Mesh, degrees: &[usize], watch: &dyn Fn(usize)) -> Result<Vec<SweepRow>> {
-    let mut rows = Vec::new();
-    let mut ball = (DVec3::ZERO, 0.0);
-    for &lmax in degrees {
-        let settings = FitSettings::of_degree(lmax);
-        let fit = fit(mesh, &settings)?;
-        let surface = ShSurface::new(&fit.coefficients, Intersector::default())?;
-        let radius = surface.body().bounds().max;
-        ball = (fit.centre, radius);
-        let rays = chords(DVec3::ZERO, radius, RAYS);
-        rows.push(SweepRow {
-            fit: Some(fit),
-            bytes: series_bytes(lmax),
-            nanoseconds_per_ray: time_per_ray(&surface, &rays),
-        });
-        watch(rows.len());
-    }
+/// As [`fit`], and when the fitted radius is not positive everywhere.
+pub fn sweep_degree(mesh: &Mesh, degree: usize) -> Result<(Fit, SweepRow)> {
+    let fit = fit(mesh, &FitSettings::of_degree(degree))?;
+    let surface = ShSurface::new(&fit.coefficients, Intersector::default())?;
+    let rays = chords(DVec3::ZERO, surface.body().bounds().max, RAYS);
+    let series = SweptSeries {
+        degree,
+        relative_rms: fit.relative_rms(),
+        relative_max: fit.relative_max(),
+        fit_ms: 1e3 * fit.projection_time.as_secs_f64(),
+    };
+    let row = SweepRow {
+        series: Some(series),
+        bytes: series_bytes(degree),
+        nanoseconds_per_ray: time_per_ray(&surface, &rays),
+    };
+    Ok((fit, row))
+}
+
+/// Measures the mesh itself, by chords of the ball about the middle of its box.
+///
+/// # Errors
+/// As [`MeshSurface::new`].
+pub fn sweep_mesh(mesh: &Mesh) -> Result<SweepRow> {
     let surface = MeshSurface::new(mesh.clone())?;
-    let radius = mesh.used_positions().iter().map(|p| p.distance(ball.0)).fold(0.0, f64::max);
-    let rays = chords(ball.0, radius, RAYS);
-    rows.push(SweepRow {
-        fit: None,
+    let centre = surface.bounds().centre();
+    let radius = mesh.used_positions().iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
+    let rays = chords(centre, radius, RAYS);
+    Ok(SweepRow {
+        series: None,
         bytes: mesh_bytes(mesh.used_size()),
         nanoseconds_per_ray: time_per_ray(&surface, &rays),
-    });
-    watch(rows.len());
-    Ok(rows)
+    })
 }
 
 /// Makes random chords of a ball: lines through two points uniform on it.

@@ -1,16 +1,15 @@
 //! The figure of a sweep: errors over bytes.
 
-use super::SweepRow;
-use crate::fit::Fit;
+use super::{SweepRow, SweptSeries};
 use crate::plots::{Axis, Curve, Figure};
 
 /// Plots the errors of a sweep against the bytes they cost.
 pub fn sweep_figure(rows: &[SweepRow]) -> Figure {
-    let fits = || rows.iter().filter_map(|row| Some((row.fit.as_ref()?, row.bytes as f64)));
-    let curve = |name: &str, error: fn(&Fit) -> f64| {
-        Curve::new(name, fits().map(|(fit, bytes)| [bytes, 100.0 * error(fit)]).collect())
+    let series = || rows.iter().filter_map(|row| Some((row.series?, row.bytes as f64)));
+    let curve = |name: &str, error: fn(&SweptSeries) -> f64| {
+        Curve::new(name, series().map(|(s, bytes)| [bytes, 100.0 * error(&s)]).collect())
     };
-    let degrees = || fits().map(|(fit, _)| fit.coefficients.lmax());
+    let degrees = || series().map(|(s, _)| s.degree);
     let bytes = match (degrees().min(), degrees().max()) {
         (Some(first), Some(last)) if first < last => {
             format!("bytes in f32, degree {first} to {last}")
@@ -20,6 +19,6 @@ pub fn sweep_figure(rows: &[SweepRow]) -> Figure {
     Figure::new(
         "Radial error of the coefficients",
         [Axis::logarithmic(bytes), Axis::logarithmic("error, % of the mean radius")],
-        vec![curve("largest", Fit::relative_max), curve("RMS", Fit::relative_rms)],
+        vec![curve("largest", |s| s.relative_max), curve("RMS", |s| s.relative_rms)],
     )
 }

@@ -194,7 +194,8 @@ fn described(name: &str, bytes: &[u8]) -> String {
 /// Masks what is not the same from run to run.
 fn masked(text: &str) -> String {
     let (mut all, mut bar, mut columns) = (String::new(), ' ', Vec::new());
-    for line in text.replace(env!("CARGO_PKG_VERSION"), "VERSION").lines() {
+    let text = text.replace(env!("CARGO_PKG_VERSION"), "VERSION");
+    for line in text.lines().filter(|line| !is_progress(line)) {
         let line = line.split_once(" for rays: ").map_or(line, |(what, _)| what);
         let now = if line.starts_with('|') { '|' } else { ',' };
         let mut cells: Vec<_> = line.split(now).collect();
@@ -217,6 +218,13 @@ fn masked(text: &str) -> String {
         let _ = writeln!(all, "{}", pieces.concat());
     }
     all
+}
+
+/// Whether a line says how far a run is, as slow ones do.
+fn is_progress(line: &str) -> bool {
+    let start = line.trim_start().split_once("  ").map_or("", |(start, _)| start);
+    start.starts_with(|c: char| c.is_ascii_digit())
+        && (start.ends_with(" s") || start.ends_with(" %"))
 }
 
 /// Cuts a text into words and numbers in turn, words first and last.

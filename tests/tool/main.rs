@@ -18,6 +18,8 @@ mod cli_illum;
 mod cli_inputs;
 mod cli_render;
 mod cli_shapes;
+#[cfg(unix)]
+mod cli_signals;
 mod golden;
 mod memory;
 mod on_surface;

@@ -1,5 +1,7 @@
 //! Meshes, points and shapes as several verbs read them.
 
+use std::path::Path;
+
 use harmolux::Result;
 use harmolux::fit::Source;
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat};
@@ -25,6 +27,11 @@ pub(crate) fn read_mesh(input: Input, habits: &MeshHabits) -> Result<MeshRead> {
     let mesh = mesh.with_up(habits.up).scaled(habits.unit.metres())?;
     let (mesh, repair) = habits.repairs.apply(path, mesh)?;
     Ok(MeshRead { mesh, repair, source: read.file.source() })
+}
+
+/// Names a file by its name and content.
+pub(crate) fn source(path: &Path) -> Result<Source> {
+    Ok(Input::open_file(path)?.finish()?.file.source())
 }
 
 /// Whether a file holds points: its name says it, or its beginning where that is of no mesh.

@@ -1,89 +1,166 @@
-//! How far a run is: a bar on a terminal, a plain line now and then elsewhere; always on stderr.
+//! How far a run is, from its start on: a bar on a terminal, a plain line now and then elsewhere;
+//! always on stderr.
 
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::time::Duration;
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use harmolux::estimators::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common::{interrupt, say};
 
-/// Seconds between plain lines.
-const PLAIN_EVERY: f64 = 5.0;
+/// The time between plain lines, and before the first.
+const PLAIN_EVERY: Duration = Duration::from_millis(4800);
+/// The time between two turns of the sign that a run is at work.
+const TURNS_EVERY: Duration = Duration::from_millis(120);
 
-/// Shows the progress of a run.
+/// The bar on the terminal, if there is one.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// Shows the progress of a run until it is finished or dropped.
 pub(crate) struct Meter {
     bar: Option<ProgressBar>,
-    /// What the error is of: "median relative error".
-    error_name: &'static str,
-    /// When the last plain line was said, seconds.
-    spoken: Mutex<f64>,
+    now: Arc<Mutex<Now>>,
+    /// Its end ends the plain lines.
+    _lines: Option<Sender<()>>,
+}
+
+/// What a run is at.
+enum Now {
+    /// Work whose length is not known, and when it began.
+    Stage(String, Instant),
+    /// A share of the whole, and how it goes.
+    Share(f64, String),
 }
 
 impl Meter {
-    /// Starts to show a run.
-    pub(crate) fn start(task: &'static str, error_name: &'static str) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::new(1000);
-            let style = ProgressStyle::with_template("{prefix} [{bar:32}] {percent:>3} %  {msg}");
-            bar.set_style(
-                style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "),
-            );
-            bar.set_prefix(task);
-            bar
-        });
-        Self { bar, error_name, spoken: Mutex::new(0.0) }
+    /// Starts to show a run that begins with this.
+    pub(crate) fn start(stage: &str) -> Self {
+        let now = Arc::new(Mutex::new(Now::Stage(stage.to_owned(), Instant::now())));
+        let bar = std::io::stderr().is_terminal().then(|| ProgressBar::new(1000));
+        let lines = if bar.is_none() { speak(now.clone()) } else { None };
+        if let Some(bar) = &bar {
+            bar.enable_steady_tick(TURNS_EVERY);
+            keep(Some(bar.clone()));
+        }
+        let meter = Self { bar, now, _lines: lines };
+        meter.stage(stage);
+        meter
     }
 
-    /// Shows how far it is; asks the run to end when the user does.
-    pub(crate) fn show(&self, progress: &Progress) -> ControlFlow<()> {
-        match &self.bar {
-            Some(bar) => {
-                bar.set_position((1000.0 * progress.share) as u64);
-                bar.set_message(self.line(progress));
-            }
-            None => self.speak(progress),
+    /// Shows that other work begins, which says nothing of its length.
+    pub(crate) fn stage(&self, stage: &str) {
+        if let Some(bar) = &self.bar {
+            bar.set_style(style("{spinner} {msg}, {elapsed}"));
+            bar.reset_elapsed();
+            bar.set_message(stage.to_owned());
         }
+        self.set(Now::Stage(stage.to_owned(), Instant::now()));
+    }
+
+    /// Shows how many things are done of all.
+    pub(crate) fn count(&self, done: usize, all: usize, last: &str) {
+        self.share(done as f64 / all.max(1) as f64, format!("{done} of {all}, {last}"));
+    }
+
+    /// Shows how far an estimate is, whose error has this name; asks it to end when the user does.
+    pub(crate) fn show(&self, progress: &Progress, error_name: &str) -> ControlFlow<()> {
+        if progress.walks > 0 {
+            interrupt::saves();
+        }
+        self.share(progress.share, line(progress, error_name));
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// Says a plain line when the last is some time ago.
-    fn speak(&self, progress: &Progress) {
-        let Ok(mut spoken) = self.spoken.lock() else { return };
-        if progress.elapsed.as_secs_f64() >= *spoken + PLAIN_EVERY {
-            *spoken = progress.elapsed.as_secs_f64();
-            say::note(&format!("{:3.0} %  {}", 100.0 * progress.share, self.line(progress)));
+    fn share(&self, share: f64, text: String) {
+        if let Some(bar) = &self.bar {
+            bar.set_style(style("[{bar:32}] {percent:>3} %  {msg}"));
+            bar.set_position((1000.0 * share) as u64);
+            bar.set_message(text.clone());
         }
+        self.set(Now::Share(share, text));
     }
 
-    fn line(&self, progress: &Progress) -> String {
-        let elapsed = progress.elapsed.as_secs_f64();
-        let rate = progress.walks as f64 / elapsed.max(1e-9);
-        let error = progress
-            .error
-            .map_or(String::new(), |e| format!(", {} {}", self.error_name, say::percent(e)));
-        let left = if progress.share > 0.01 {
-            let left = elapsed * (1.0 - progress.share) / progress.share;
-            format!(", about {} left", clock(left))
-        } else {
-            String::new()
-        };
-        format!(
-            "{} walks at {}/s{error}, {}{left}",
-            progress.walks,
-            say::significant(rate, 3),
-            clock(elapsed)
-        )
+    fn set(&self, now: Now) {
+        if let Ok(mut place) = self.now.lock() {
+            *place = now;
+        }
     }
 
     /// Takes the bar away.
     pub(crate) fn finish(self) {
-        if let Some(bar) = self.bar {
+        drop(self);
+    }
+}
+
+impl Drop for Meter {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
             bar.finish_and_clear();
+            keep(None);
         }
     }
+}
+
+/// Says a plain line now and then, from a thread of its own so that it comes whatever the others
+/// are at, until what is returned is dropped.
+fn speak(now: Arc<Mutex<Now>>) -> Option<Sender<()>> {
+    let (sender, ends) = mpsc::channel();
+    let lines = move || {
+        while ends.recv_timeout(PLAIN_EVERY) == Err(RecvTimeoutError::Timeout) {
+            let Ok(now) = now.lock() else { return };
+            let line = match &*now {
+                Now::Stage(stage, since) => format!("{}  {stage}", duration(since.elapsed())),
+                Now::Share(share, text) => format!("{:3.0} %  {text}", 100.0 * share),
+            };
+            drop(now);
+            say::note(&line);
+        }
+    };
+    let speaker = std::thread::Builder::new().name("progress".to_owned());
+    speaker.spawn(lines).ok().map(|_| sender)
+}
+
+fn style(template: &str) -> ProgressStyle {
+    let style = ProgressStyle::with_template(template);
+    style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> ")
+}
+
+fn keep(bar: Option<ProgressBar>) {
+    if let Ok(mut place) = BAR.lock() {
+        *place = bar;
+    }
+}
+
+/// Writes something on stderr beside the bar.
+pub(crate) fn aside(write: impl FnOnce()) {
+    let bar = BAR.lock().ok().and_then(|bar| bar.clone());
+    match bar {
+        Some(bar) => bar.suspend(write),
+        None => write(),
+    }
+}
+
+fn line(progress: &Progress, error_name: &str) -> String {
+    let elapsed = progress.elapsed.as_secs_f64();
+    let rate = progress.walks as f64 / elapsed.max(1e-9);
+    let error =
+        progress.error.map_or(String::new(), |e| format!(", {error_name} {}", say::percent(e)));
+    let left = if progress.share > 0.01 {
+        let left = elapsed * (1.0 - progress.share) / progress.share;
+        format!(", about {} left", clock(left))
+    } else {
+        String::new()
+    };
+    format!(
+        "{} walks at {}/s{error}, {}{left}",
+        progress.walks,
+        say::significant(rate, 3),
+        clock(elapsed)
+    )
 }
 
 /// Writes a number of seconds as people do.

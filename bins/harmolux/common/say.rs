@@ -10,7 +10,7 @@ use harmolux::error::{abridged, presented, shown_lines};
 use harmolux::sh::Convention;
 use serde_json::Value;
 
-use crate::common::advice;
+use crate::common::{advice, progress};
 
 /// Prints an error.
 pub(crate) fn error(error: &Error) {
@@ -25,7 +25,7 @@ pub(crate) fn warning(text: &str) {
 /// Prints a note about what is being done.
 pub(crate) fn note(text: &str) {
     // Talk that nobody can hear is not worth failing for.
-    let _ = writeln!(std::io::stderr(), "{}", presented(text));
+    progress::aside(|| drop(writeln!(std::io::stderr(), "{}", presented(text))));
 }
 
 /// Prints a line of data on stdout, or several.
@@ -38,8 +38,8 @@ pub(crate) fn json(value: &Value) {
     raw(&value.to_string());
 }
 
-/// Prints what is not changed, JSON or a drawing in colours, on stdout. A reader that has gone away ends the run quietly; any other
-/// failure is told.
+/// Prints what is not changed, JSON or a drawing in colours, on stdout. A reader that has gone away
+/// ends the run quietly; any other failure is told.
 pub(crate) fn raw(text: &str) {
     let mut out = std::io::stdout().lock();
     let done = out
@@ -104,9 +104,9 @@ pub(crate) fn columns<const N: usize>(rows: &[[f64; N]]) -> [usize; N] {
         numbers.sort_by(f64::total_cmp);
         // What differs by rounding alone is the same place.
         let size = numbers.iter().map(|x| x.abs()).fold(0.0, f64::max);
-        let apart = |pair: &&[f64]| pair[1] - pair[0] > 1e-12 * size;
+        numbers.dedup_by(|next, kept| *next - *kept <= 1e-12 * size);
         let tells = |digits: usize| {
-            let mut pairs = numbers.windows(2).filter(apart);
+            let mut pairs = numbers.windows(2);
             pairs.all(|pair| significant(pair[0], digits) != significant(pair[1], digits))
         };
         (4..13).find(|digits| tells(*digits)).unwrap_or(13)

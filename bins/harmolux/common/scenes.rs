@@ -7,9 +7,11 @@ use harmolux::Result;
 use harmolux::error::shown;
 use harmolux::estimators::Stop;
 use harmolux::io::scene_file::{SceneFile, StopSpec, split_override};
-use harmolux::study::{FittedObject, Loaded, Preparation, load};
+use harmolux::scene::Camera;
+use harmolux::study::{FittedObject, Loaded, Preparation, Stage, load_for_camera};
 
 use crate::common::flags::SceneArguments;
+use crate::common::progress::Meter;
 use crate::common::say;
 
 /// Reads a scene with the overrides of the command line.
@@ -19,13 +21,19 @@ pub(crate) fn read_scene(common: &SceneArguments) -> Result<SceneFile> {
     SceneFile::read(&common.scene, &overrides)
 }
 
-/// Builds the scene and says what was noticed.
-pub(crate) fn load_scene(file: &SceneFile) -> Result<Loaded> {
-    Ok(tell(load(file)?))
+/// Builds the scene, for a picture if a camera is given, shows what it is at and says what was
+/// noticed.
+pub(crate) fn load_scene(
+    file: &SceneFile,
+    camera: Option<&Camera>,
+    meter: &Meter,
+) -> Result<Loaded> {
+    let observer = |stage: Stage| meter.stage(&stage.to_string());
+    load_for_camera(file, camera, &observer).map(tell)
 }
 
 /// Says what was noticed.
-pub(crate) fn tell(loaded: Loaded) -> Loaded {
+fn tell(loaded: Loaded) -> Loaded {
     for warning in &loaded.warnings {
         say::warning(warning);
     }

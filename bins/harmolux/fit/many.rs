@@ -1,33 +1,36 @@
 //! `harmolux fit` of several meshes: a folder of coefficient files and one table of all fits.
 
 use std::collections::HashMap;
-use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use harmolux::error::shown;
-use harmolux::io::output::{Output, Stage};
+use harmolux::fit::Source;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::study::batch;
 use harmolux::{Error, Result};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common::exit::Code;
+use crate::common::growing::{GrowingTable, KEY, key};
+use crate::common::inputs::source;
+use crate::common::progress::Meter;
 use crate::common::shape_file;
 use crate::common::{interrupt, say};
 use crate::fit::report::ringing;
-use crate::fit::{Fit, Fitted, fit_file, write};
-
-/// Seconds between plain lines.
-const PLAIN_EVERY: Duration = Duration::from_secs(5);
+use crate::fit::{Fit, Fitted, ProjectionName, fit_file, settings, write};
 
 /// One mesh, done or refused.
 struct Row {
-    name: String,
-    fitted: Result<Fitted>,
-    seconds: f64,
+    cells: Vec<Cell>,
+    error: Option<Error>,
+    warning: Option<String>,
+}
+
+impl Row {
+    fn name(&self) -> String {
+        self.cells.first().map_or(String::new(), Cell::to_string)
+    }
 }
 
 /// Runs the verb; a folder made for it does not stay behind empty when it is refused.
@@ -43,43 +46,55 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
 }
 
 fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
-    let mut table = columns();
-    let mut csv = Output::open(&verb.output.join("fits.csv"), &table.csv_kind()?, verb.force)?;
-    let items = outputs(verb)?;
-    interrupt::listen();
-    let meter = Meter::start(items.len());
-    let rows = batch(
-        items,
-        |(mesh, output)| fit_one(verb, &mesh, &output),
-        |row, done| meter.show(row, done),
+    let mut table = GrowingTable::open(&verb.output.join("fits.csv"), columns(), verb.force)?;
+    let tasks = tasks(verb, &mut table)?;
+    let all = tasks.len();
+    let meter = Meter::start(&format!("0 of {all}"));
+    {
+        let _whole = interrupt::writing();
+        table.begin()?;
+    }
+    let results = batch(
+        tasks,
+        |task| task.finish(verb, &table),
+        |result, done| match result {
+            Ok(row) => {
+                row.error.iter().for_each(say::error);
+                meter.count(done, all, &row.name());
+                ControlFlow::Continue(())
+            }
+            Err(_) => ControlFlow::Break(()),
+        },
     );
     meter.finish();
-    let rows: Vec<Row> = rows.into_iter().flatten().collect();
-    for row in &rows {
-        table.push(cells(verb, row));
-        if let Ok(Fitted::Mesh(fit)) = &row.fitted
-            && let Some(warning) = ringing(verb, fit)
-        {
-            say::warning(&format!("{}: {warning}", row.name));
-        }
+    let rows: Vec<Row> = results.into_iter().flatten().collect::<Result<_>>()?;
+    for (row, warning) in rows.iter().filter_map(|row| Some((row, row.warning.as_ref()?))) {
+        say::warning(&format!("{}: {warning}", row.name()));
     }
-    let stage = if rows.len() < verb.meshes.len() { Stage::Unfinished } else { Stage::Complete };
-    let written = csv.write_at(stage, &table.to_csv()?);
+    let failed = rows.iter().filter(|row| row.error.is_some()).map(Row::name).collect::<Vec<_>>();
+    let whole = interrupt::writing();
+    let table = table.finish(rows.into_iter().map(|row| row.cells).collect())?;
+    drop(whole);
     if as_json {
         say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
-        print(&rows);
-    }
-    written?;
-    if !as_json {
+        print(&table);
         say::note(&format!("written to {}", verb.output.display()));
     }
-    Ok(verdict(&rows, verb.meshes.len()))
+    Ok(verdict(&failed, all))
 }
 
-/// Finds a coefficient file for each mesh that can be written; it is held only while its mesh is
-/// fitted, since there may be more than can be open at once.
-fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, PathBuf)>> {
+/// A mesh and what is to be done about it.
+enum Task {
+    /// Nothing: it has its row and its file.
+    Done(Vec<Cell>),
+    /// It is fitted, and written to a file that is held only then: there may be more than can be
+    /// open at once.
+    Fit(PathBuf, PathBuf),
+}
+
+/// Looks which meshes an earlier run has done, and whether the files of the others can be written.
+fn tasks(verb: &Fit, table: &mut GrowingTable) -> Result<Vec<Task>> {
     let mut taken: HashMap<PathBuf, &Path> = HashMap::new();
     let mut all = Vec::new();
     for mesh in &verb.meshes {
@@ -94,22 +109,63 @@ fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, PathBuf)>> {
                 path.display()
             )));
         }
-        drop(shape_file::open(&path, verb.force)?);
-        all.push((mesh.clone(), path));
+        let first = [name_of(mesh)];
+        let key = || Ok(key_of(verb, &source(mesh)?));
+        let done = table.done(&first, key)?.filter(|_| path.is_file());
+        all.push(if let Some(row) = done {
+            Task::Done(row)
+        } else {
+            table.leave_out(&first);
+            drop(shape_file::open(&path, verb.force)?);
+            Task::Fit(mesh.clone(), path)
+        });
     }
     Ok(all)
 }
 
-fn fit_one(verb: &Fit, mesh: &Path, output: &Path) -> Row {
-    let started = Instant::now();
-    let fit = || {
-        let output = shape_file::open(output, verb.force)?;
-        let (fitted, source) = fit_file(verb, mesh)?;
-        write(verb, &fitted, source, output)?;
-        Ok(fitted)
-    };
-    let fitted = fit();
-    Row { name: mesh.display().to_string(), fitted, seconds: started.elapsed().as_secs_f64() }
+fn name_of(mesh: &Path) -> Cell {
+    mesh.display().to_string().into()
+}
+
+/// Returns what a fit follows from.
+fn key_of(verb: &Fit, source: &Source) -> String {
+    let settings = settings(verb, ProjectionName::Conforming);
+    key(source, &(settings, verb.projection.is_some(), &verb.habits))
+}
+
+impl Task {
+    /// Fits, and writes the row and the coefficients. What goes wrong with one mesh is its row's.
+    fn finish(self, verb: &Fit, table: &GrowingTable) -> Result<Row> {
+        let (mesh, output) = match self {
+            Self::Done(cells) => return Ok(Row { cells, error: None, warning: None }),
+            Self::Fit(mesh, output) => (mesh, output),
+        };
+        let started = Instant::now();
+        let fit = || Ok((shape_file::open(&output, verb.force)?, fit_file(verb, &mesh)?));
+        let fitted = fit();
+        let seconds = started.elapsed().as_secs_f64();
+        let cells = |fitted: std::result::Result<&(Fitted, Source), &Error>| {
+            cells(verb, &mesh, fitted, seconds)
+        };
+        let row = cells(fitted.as_ref().map(|(_, fitted)| fitted));
+        // A row whose file is missing does not count as done.
+        let _whole = interrupt::writing();
+        table.append(&row)?;
+        let done = fitted.and_then(|(output, (fitted, source))| {
+            write(verb, &fitted, source, output)?;
+            Ok(match &fitted {
+                Fitted::Mesh(fit) => ringing(verb, fit),
+                Fitted::Points(_) => None,
+            })
+        });
+        Ok(match done {
+            Ok(warning) => Row { cells: row, error: None, warning },
+            Err(error) => {
+                let cells = cells(Err(&error));
+                Row { cells, error: Some(error), warning: None }
+            }
+        })
+    }
 }
 
 fn columns() -> Table {
@@ -132,13 +188,19 @@ fn columns() -> Table {
         "folded_share",
         "seconds",
         "error",
+        KEY,
     ])
 }
 
-fn cells(verb: &Fit, row: &Row) -> Vec<Cell> {
-    let mut cells = vec![Cell::from(row.name.clone()), Cell::Whole(verb.degree.into())];
-    match &row.fitted {
-        Ok(Fitted::Mesh(fit)) => {
+fn cells(
+    verb: &Fit,
+    mesh: &Path,
+    fitted: std::result::Result<&(Fitted, Source), &Error>,
+    seconds: f64,
+) -> Vec<Cell> {
+    let mut cells = vec![name_of(mesh), Cell::Whole(verb.degree.into())];
+    match fitted {
+        Ok((Fitted::Mesh(fit), _)) => {
             let error = &fit.error;
             cells.extend(fit.centre.to_array().map(Cell::Number));
             let numbers = [
@@ -156,7 +218,7 @@ fn cells(verb: &Fit, row: &Row) -> Vec<Cell> {
             ];
             cells.extend(numbers.map(Cell::Number));
         }
-        Ok(Fitted::Points(fit)) => {
+        Ok((Fitted::Points(fit), _)) => {
             cells.extend(fit.centre.to_array().map(Cell::Number));
             cells.push(Cell::Empty);
             cells.extend([fit.coefficients.mean(), fit.rms, fit.max].map(Cell::Number));
@@ -164,12 +226,13 @@ fn cells(verb: &Fit, row: &Row) -> Vec<Cell> {
         }
         Err(_) => cells.extend(vec![Cell::Empty; 14]),
     }
-    cells.push(Cell::Number(row.seconds));
-    cells.push(row.fitted.as_ref().err().map(ToString::to_string).into());
+    cells.push(Cell::Number(seconds));
+    cells.push(fitted.err().map(ToString::to_string).into());
+    cells.push(fitted.ok().map(|(_, source)| key_of(verb, source)).into());
     cells
 }
 
-fn print(rows: &[Row]) {
+fn print(fits: &Table) {
     let mut table = say::table(&[
         "mesh",
         "mean radius, m",
@@ -179,90 +242,37 @@ fn print(rows: &[Row]) {
         "folded",
         "time",
     ]);
-    for row in rows {
-        let seconds = format!("{:.2} s", row.seconds);
-        let cells = match &row.fitted {
-            Ok(Fitted::Mesh(fit)) => [
-                say::significant(fit.coefficients.mean(), 6),
-                say::percent(fit.relative_rms()),
-                say::percent(fit.relative_max()),
-                format!("{:.2} deg", fit.error.normal_mean.to_degrees()),
-                fit.folds.map_or(String::new(), |f| say::percent(f.share)),
-                seconds,
-            ],
-            Ok(Fitted::Points(fit)) => {
-                let mean = fit.coefficients.mean();
-                let [rms, max] = [fit.rms, fit.max].map(|e| say::percent(e / mean));
-                [say::significant(mean, 6), rms, max, String::new(), String::new(), seconds]
-            }
-            Err(_) => ["not fitted", "", "", "", "", &seconds].map(str::to_owned),
-        };
-        table.add_row(std::iter::once(shown(&row.name)).chain(cells));
+    let place = |name: &str| fits.header().iter().position(|column| column == name);
+    let columns = ["mean_radius", "rms", "max", "normal_mean_degrees", "folded_share", "seconds"];
+    for row in fits.rows() {
+        let number = |name: &str| place(name).and_then(|column| row[column].number());
+        let [mean, rms, max, normals, folded, seconds] = columns.map(number);
+        let cell =
+            |value: Option<f64>, text: &dyn Fn(f64) -> String| value.map_or(String::new(), text);
+        let relative =
+            |error: Option<f64>| cell(error.zip(mean).map(|(e, m)| e / m), &say::percent);
+        table.add_row([
+            shown(&row[0].to_string()),
+            mean.map_or("not fitted".to_owned(), |mean| say::significant(mean, 6)),
+            relative(rms),
+            relative(max),
+            cell(normals, &|degrees| format!("{degrees:.2} deg")),
+            cell(folded.filter(|share| *share > 0.0), &say::percent),
+            cell(seconds, &|seconds| format!("{seconds:.2} s")),
+        ]);
     }
     say::data(&table.to_string());
 }
 
 /// Says what failed.
-fn verdict(rows: &[Row], wanted: usize) -> Code {
-    let failed: Vec<&str> =
-        rows.iter().filter(|row| row.fitted.is_err()).map(|row| row.name.as_str()).collect();
-    if !failed.is_empty() {
-        say::note(&format!(
-            "error: {} of {wanted} could not be fitted: {}",
-            failed.len(),
-            failed.join(", ")
-        ));
+fn verdict(failed: &[String], wanted: usize) -> Code {
+    if failed.is_empty() {
+        return Code::Done;
     }
-    if rows.len() < wanted {
-        return Code::Interrupted;
-    }
-    if failed.is_empty() { Code::Done } else { Code::BadInput }
-}
-
-/// Shows how far it is: a bar on a terminal, a line now and then elsewhere; failures at once.
-struct Meter {
-    bar: Option<ProgressBar>,
-    all: usize,
-    spoken: Mutex<Instant>,
-}
-
-impl Meter {
-    fn start(all: usize) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::new(all as u64);
-            let style = ProgressStyle::with_template(
-                "fit [{bar:32}] {pos} of {len}, {per_sec}, about {eta} left  {msg}",
-            );
-            bar.with_style(
-                style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "),
-            )
-        });
-        Self { bar, all, spoken: Mutex::new(Instant::now()) }
-    }
-
-    fn show(&self, row: &Row, done: usize) -> ControlFlow<()> {
-        let name = &row.name;
-        if let Err(error) = &row.fitted {
-            match &self.bar {
-                Some(bar) => bar.suspend(|| say::error(error)),
-                None => say::error(error),
-            }
-        }
-        if let Some(bar) = &self.bar {
-            bar.set_message(shown(name));
-            bar.inc(1);
-        } else if let Ok(mut spoken) = self.spoken.lock()
-            && spoken.elapsed() >= PLAIN_EVERY
-        {
-            *spoken = Instant::now();
-            say::note(&format!("{done} of {}, {name}", self.all));
-        }
-        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-
-    fn finish(self) {
-        if let Some(bar) = self.bar {
-            bar.finish_and_clear();
-        }
-    }
+    say::note(&format!(
+        "error: {} of {wanted} could not be fitted: {}",
+        failed.len(),
+        failed.join(", ")
+    ));
+    Code::BadInput
 }

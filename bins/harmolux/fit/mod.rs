@@ -22,6 +22,8 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, choices};
 use crate::common::inputs::{MeshRead, holds_points, read_mesh, read_points};
+use crate::common::interrupt;
+use crate::common::progress::Meter;
 use crate::common::shape_file::{self, ShapeFile};
 use crate::common::values::{point, tolerance};
 
@@ -29,7 +31,8 @@ use crate::common::values::{point, tolerance};
 ///
 /// The extension chooses the format: .txt is text as pyshtools reads it (4pi normalisation, no
 /// Condon-Shortley phase), .hxc the compact form, see `convert`; metres, z up. Several meshes are
-/// fitted into a folder, with one table of all, fits.csv. Points (.xyz, .csv: x y z and perhaps a
+/// fitted into a folder, with one table of all, fits.csv, which grows as they are done: a run that
+/// was ended goes on when it is started again; --force begins anew. Points (.xyz, .csv: x y z and perhaps a
 /// weight a line) are fitted by least squares, about the origin if it lies within their bounds,
 /// else about their mean.
 #[derive(Debug, Args)]
@@ -119,8 +122,12 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
 fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
     let started = Instant::now();
     let output = shape_file::open(&verb.output, verb.force)?;
+    let meter = Meter::start(&format!("fitting {}", shown_path(mesh)));
     let (fitted, source) = fit_file(verb, mesh)?;
+    let whole = interrupt::writing();
     write(verb, &fitted, source, output)?;
+    drop(whole);
+    meter.finish();
     report::print(verb, &fitted, started.elapsed(), as_json);
     Ok(Code::Done)
 }
@@ -143,6 +150,7 @@ pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<(Fitted, Source)> {
     fitted.map(|f| (Fitted::Mesh(Box::new(f)), source)).map_err(|e| about(path, e))
 }
 
+/// Returns the settings of a fit, by the usual projection unless another is asked for.
 fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
     let projection = match verb.projection.unwrap_or(usual) {
         ProjectionName::Conforming => Projection::Conforming,

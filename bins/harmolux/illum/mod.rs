@@ -23,10 +23,10 @@ use crate::common::exit::Code;
 use crate::common::flags::{SceneArguments, choices};
 use crate::common::plot::{self, PlotFormat};
 use crate::common::progress::Meter;
+use crate::common::say;
 use crate::common::scenes::{load_scene, read_scene, stop};
 use crate::common::surveys::{self, code, reached, settings};
 use crate::common::target::write_all;
-use crate::common::{interrupt, say};
 
 /// Measure illuminance, lx, at the sensors of a scene
 ///
@@ -84,14 +84,15 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     check_plots(verb, &file)?;
     let targets = verb.output.iter().map(|path| IllumTarget::open(path, &table, &file, verb));
     let targets: Vec<IllumTarget> = targets.collect::<Result<_>>()?;
-    let loaded = load_scene(&file)?;
+    let meter = Meter::start("reading the scene");
+    let loaded = load_scene(&file, None, &meter)?;
     let known = loaded.sensors.iter().map(|group| known_illuminance(&file, group));
     let known: Vec<Option<Vec<f64>>> = known.collect::<Result<_>>()?;
     let settings = settings(&file.illum, &loaded.scene, &verb.common);
     // Those behind an object are left out: they measure nothing, and decide nothing.
     let counts: Vec<bool> =
         loaded.sensors.iter().flat_map(|g| g.behind.iter().map(Option::is_none)).collect();
-    let survey = measure(verb, &loaded, &settings, &counts)?;
+    let survey = measure(verb, &loaded, &settings, &counts, &meter)?;
     let counted = matches!(settings.estimator, Estimator::Photon { .. });
     let groups = groups(&loaded.sensors, known, &survey, &file.require, counted);
     fill(&mut table, &groups);
@@ -101,6 +102,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let paths: Vec<PathBuf> = targets.iter().map(|t| t.path_at(stage).to_owned()).collect();
     let write = |target: IllumTarget| target.write((&table, &figure, &groups), stage);
     let written = write_all(targets.into_iter().map(write));
+    meter.finish();
     if as_json {
         say::raw(&report::json(&table, &groups, &survey)?);
     } else {
@@ -123,6 +125,7 @@ fn measure(
     loaded: &Loaded,
     settings: &SensorSettings,
     counts: &[bool],
+    meter: &Meter,
 ) -> Result<Survey> {
     let sensors = loaded.sensors.iter().flat_map(|g| g.sensors.iter().copied());
     let sensors: Vec<Sensor> =
@@ -139,11 +142,11 @@ fn measure(
     if settings.stop == Stop::default() && !is_radiosity {
         settings.stop = unasked(verb.common.quick);
     }
-    interrupt::listen();
-    let meter = Meter::start("measuring", "largest 95 % half width");
-    let survey = illuminance(&loaded.scene, &sensors, &settings, &|p| meter.show(p))
+    meter.stage("measuring");
+    let watch = |p: &_| meter.show(p, "largest 95 % half width");
+    let survey = illuminance(&loaded.scene, &sensors, &settings, &watch)
         .map_err(|e| about(&verb.common.scene, e))?;
-    meter.finish();
+    meter.stage("writing");
     Ok(survey.scattered(counts))
 }
 

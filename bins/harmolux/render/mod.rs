@@ -18,7 +18,7 @@ use harmolux::io::output::{Output, Stage};
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile};
 use harmolux::math::Randomness;
 use harmolux::scene::{Camera, Film, Layer, Scene, Window};
-use harmolux::study::{FittedObject, Loaded, camera, check_view, load_for_camera};
+use harmolux::study::{FittedObject, Loaded, camera, check_view};
 use harmolux::{Error, Result};
 use serde_json::json;
 
@@ -29,7 +29,7 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::SceneArguments;
 use crate::common::progress::{self, Meter};
-use crate::common::scenes::{distinct, read_scene, stop, tell};
+use crate::common::scenes::{distinct, load_scene, read_scene, stop};
 use crate::common::surveys::code;
 use crate::common::target::write_all;
 use crate::common::values::size;
@@ -119,13 +119,15 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let camera = framed(camera(&file)?, &file, verb)?;
     let mut outputs = open_outputs(verb)?;
     let place = Place::open(verb, &outputs)?;
-    let loaded = tell(load_for_camera(&file, Some(&camera))?);
+    let meter = Meter::start("reading the scene");
+    let loaded = load_scene(&file, Some(&camera), &meter)?;
     check_view(&file, &loaded.scene, &camera)?;
     detail::tell(&loaded.details);
     let settings = settings(&file.render, &loaded.scene, &verb.common);
-    interrupt::listen();
+    meter.stage("making room for the picture");
     let (film, mut kept) = place.take(&file, &camera, &settings, &loaded, &mut outputs)?;
-    let meter = Meter::start("rendering", ERROR);
+    interrupt::saves();
+    meter.stage("rendering");
     let view = View { scene: &loaded.scene, camera: &camera, file: &file, settings: &settings };
     let mark = kept.run();
     let write = |image: Image, output: &mut Output, stage, rendering: &Rendering| {
@@ -136,16 +138,17 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let foresight = Foresight::new(&settings);
     let watch = |p: &Progress| {
         foresight.look(p);
-        meter.show(p)
+        meter.show(p, ERROR)
     };
     let rendering = resume(&loaded.scene, &camera, &settings, film, &watch, Some(keeper))
         .map_err(|e| about(&verb.common.scene, e))?;
-    meter.finish();
+    meter.stage("writing");
     if rendering.unfinished == Some(0.0) {
         kept.end(&rendering, false);
         return Ok(nothing_done(&rendering));
     }
     let written = finish(kept, &mut outputs, &rendering, &write)?;
+    meter.finish();
     warn(&rendering);
     if as_json {
         say::json(&report_json(&loaded, &rendering, settings.stop.relative_error, &written));

@@ -9,6 +9,8 @@ mod stage;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 pub use self::light::SplitLight;
@@ -235,21 +237,36 @@ impl Film {
     /// means: pixels share walks, so their errors do not average out independently.
     pub fn mean(&self) -> (f64, f64) {
         let n = self.pixels.len() as f64;
-        let mut totals = vec![0.0; self.replicates];
-        let mut mean = 0.0;
-        for i in 0..self.pixels.len() {
-            totals.iter_mut().zip(self.deviations(i)).for_each(|(total, d)| *total += d);
-            mean += self.pixel(i).luminance();
-        }
-        let squares: f64 = totals.iter().map(|total| (total / n).powi(2)).sum();
+        let mean = self.sum_of_rows(|i| self.pixel(i).luminance());
+        let totals = self.rows(|row| {
+            let mut totals = vec![0.0; self.replicates];
+            for i in row {
+                totals.iter_mut().zip(self.deviations(i)).for_each(|(total, d)| *total += d);
+            }
+            totals
+        });
+        let totals = (0..self.replicates).map(|r| totals.iter().map(|row| row[r]).sum::<f64>());
+        let squares: f64 = totals.map(|total| (total / n).powi(2)).sum();
         (mean / n, spread(self.replicates(), squares))
     }
 
     /// Returns the median over pixels with light of the standard error relative to the mean; `None`
     /// before two replicates.
     pub fn median_relative_error(&self) -> Option<f64> {
-        let lit = (0..self.pixels.len()).map(|i| (self.pixel(i).luminance(), i));
-        median(lit.filter(|(y, _)| *y > 0.0).map(|(y, i)| self.standard_error(i) / y))
+        let lit = (0..self.pixels.len()).into_par_iter().map(|i| (self.pixel(i).luminance(), i));
+        let lit = lit.filter(|(y, _)| *y > 0.0).map(|(y, i)| self.standard_error(i) / y);
+        median(lit.collect::<Vec<_>>())
+    }
+
+    /// Does something with the pixels of each row, many rows at once.
+    fn rows<T: Send>(&self, of: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+        let of = |y: usize| of(y * self.width..(y + 1) * self.width);
+        (0..self.size()[1]).into_par_iter().map(of).collect()
+    }
+
+    /// Sums over all pixels, row by row, so that the sum is the same on any number of threads.
+    fn sum_of_rows(&self, of: impl Fn(usize) -> f64 + Sync) -> f64 {
+        self.rows(|row| row.map(&of).sum::<f64>()).into_iter().sum()
     }
 
     /// Returns what a replicate's share in the mean of a pixel differs from what it would be if all

@@ -62,8 +62,7 @@ impl Film {
     }
 
     fn relative_errors(&self) -> Vec<f32> {
-        let all = 0..self.pixels.len();
-        let mean = all.clone().map(|i| self.pixel(i).luminance()).sum::<f64>() / all.len() as f64;
+        let mean = self.sum_of_rows(|i| self.pixel(i).luminance()) / self.pixels.len() as f64;
         let relative = |i| {
             let error = self.standard_error(i);
             // In a black image nothing is left to know.
@@ -73,7 +72,7 @@ impl Film {
                 0.0
             }
         };
-        all.into_par_iter().map(relative).collect()
+        (0..self.pixels.len()).into_par_iter().map(relative).collect()
     }
 
     fn strides(&self, stage: &Stage, target: f64) -> Vec<u8> {

@@ -1,0 +1,202 @@
+//! Signals, limits and runs that go on, as a user meets them: nothing that is done is lost, and all
+//! ends when it is asked to.
+
+use std::fs::{self, File};
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::common::desk::{Desk, assert_says};
+use crate::common::solids::cube;
+
+const ROOM: &str = r#"format = 1
+[materials.grey.lambert]
+reflectance = 0.5
+[objects.room.box]
+min = [0, 0, 0]
+max = [4, 5, 3]
+inward = true
+material = "grey"
+[lights.lamp.point]
+at = [2, 2, 2.5]
+intensity = 100
+[sensors.floor.points]
+at = [[1, 1, 0], [3, 4, 0]]
+normal = [0, 0, 1]
+"#;
+
+/// A run under way, which a test that fails ends.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Running {
+    /// Starts a command that writes what it says to `said.log`.
+    fn start(desk: &Desk, command: &mut Command) -> Self {
+        let log = File::create(desk.path("said.log")).expect("created");
+        Self(command.stdout(Stdio::null()).stderr(log).spawn().expect("it starts"))
+    }
+
+    /// Sends a signal.
+    fn send(&self, signal: &str) {
+        let kill = Command::new("kill").args([signal, &self.0.id().to_string()]).status();
+        assert!(kill.expect("kill is there").success(), "the run had ended");
+    }
+
+    /// Waits for what must come, however slow the machine.
+    fn wait_for(&mut self, mut seen: impl FnMut() -> bool) {
+        let started = Instant::now();
+        while !seen() {
+            assert!(started.elapsed() < Duration::from_secs(120), "it does not come");
+            assert!(self.0.try_wait().expect("a child").is_none(), "the run has ended");
+            sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Waits for the end, and gives the exit code.
+    fn end(&mut self) -> Option<i32> {
+        let started = Instant::now();
+        loop {
+            if let Some(status) = self.0.try_wait().expect("a child") {
+                return status.code();
+            }
+            assert!(started.elapsed() < Duration::from_secs(60), "still running");
+            sleep(Duration::from_millis(10));
+        }
+    }
+}
+
+/// Starts the tool by a shell that does something first.
+fn by_shell(desk: &Desk, first: &str, words: &str) -> Command {
+    let tool = desk.command(words);
+    let mut shell = Command::new("sh");
+    shell.current_dir(desk.path("")).args(["-c", &format!("{first}; exec \"$0\" \"$@\"")]);
+    shell.arg(tool.get_program()).args(tool.get_args());
+    shell
+}
+
+/// A folder with a small cube, and a pipe that nobody writes to: a fit of it never ends.
+fn desk_with_pipe() -> Desk {
+    let desk = Desk::of(&["fit"]).with("a.obj", cube(1.0));
+    let made = Command::new("mkfifo").arg(desk.path("b.obj")).status();
+    assert!(made.expect("mkfifo is there").success());
+    desk
+}
+
+#[test]
+fn signals_that_were_ignored_stay_ignored() {
+    let desk = Desk::new().with("room.toml", ROOM);
+    let words = "illum room.toml -o a.csv -D illum.stop={time=3}";
+    let mut run = Running::start(&desk, &mut by_shell(&desk, "trap '' HUP INT", words));
+    for signal in ["-HUP", "-INT", "-HUP", "-INT"] {
+        sleep(Duration::from_millis(400));
+        run.send(signal);
+    }
+    assert_eq!(run.end(), Some(0), "{}", desk.text("said.log"));
+    assert_eq!(desk.text("a.csv").lines().count(), 3, "a header and two sensors");
+}
+
+#[test]
+fn limit_on_the_size_of_files_is_an_error_of_the_write() {
+    let desk = Desk::new().with("a.obj", cube(1.0));
+    let words = "fit a.obj -l 2 -o a.txt";
+    let output = by_shell(&desk, "ulimit -f 0", words).output().expect("it starts");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert_says(&said, &["error: a.txt: cannot write: "]);
+    assert!(!desk.path("a.txt").exists());
+}
+
+#[test]
+fn long_fit_says_what_it_is_at_and_ends_at_any_signal() {
+    let runs = ["-HUP", "-INT", "-TERM"].map(|signal| {
+        let desk = desk_with_pipe();
+        let run = Running::start(&desk, &mut desk.command("b.obj -l 2 -o b.txt"));
+        (signal, desk, run)
+    });
+    for (signal, desk, mut run) in runs {
+        run.wait_for(|| desk.text("said.log").contains(" s  fitting b.obj"));
+        run.send(signal);
+        assert_eq!(run.end(), Some(130), "{signal}");
+        assert!(desk.text("said.log").ends_with("interrupted\n"), "{}", desk.text("said.log"));
+        assert!(!desk.path("b.txt").exists());
+    }
+}
+
+#[test]
+fn fits_that_are_done_stay_and_the_next_run_goes_on() {
+    let desk = desk_with_pipe();
+    let words = "a.obj b.obj -l 2 -o out -j 1";
+    let mut run = Running::start(&desk, &mut desk.command(words));
+    let rows = || fs::read_to_string(desk.path("out/fits.csv")).map_or(0, |t| t.lines().count());
+    run.wait_for(|| rows() == 2 && desk.path("out/a.txt").exists());
+    run.send("-INT");
+    assert_eq!(run.end(), Some(130), "{}", desk.text("said.log"));
+    let before = desk.text("out/fits.csv");
+    assert!(before.lines().count() == 2 && before.contains("\na.obj,2,"), "{before}");
+    fs::remove_file(desk.path("b.obj")).expect("a pipe");
+    desk.put("b.obj", cube(2.0));
+    desk.done(words);
+    let after = desk.text("out/fits.csv");
+    // With the time that it took: the first was not fitted again.
+    assert!(after.starts_with(&before) && after.contains("\nb.obj,2,"), "{after}");
+    desk.done(words);
+    assert_eq!(desk.text("out/fits.csv"), after);
+}
+
+#[test]
+fn fits_that_were_killed_in_a_row_or_lost_a_file_are_made_again() {
+    let desk = Desk::of(&["fit"]);
+    for (name, side) in [("a.obj", 1.0), ("b.obj", 2.0), ("c.obj", 3.0)] {
+        desk.put(name, cube(side));
+    }
+    let words = "a.obj b.obj c.obj -l 2 -o out";
+    desk.done(words);
+    let (whole, file) = (desk.text("out/fits.csv"), desk.bytes("out/b.txt"));
+    let rows: Vec<&str> = whole.lines().collect();
+    // The header, a row of the user, one that is whole and one that was cut off.
+    let user = rows[1].replace("a.obj", "mine.obj");
+    let cut = &rows[2][..20];
+    desk.put("out/fits.csv", format!("{}\n{user}\n{}\n{cut}", rows[0], rows[3]));
+    for name in ["a.txt", "b.txt"] {
+        fs::remove_file(desk.path(&format!("out/{name}"))).expect("it was written");
+    }
+    desk.done(words);
+    let again = desk.text("out/fits.csv");
+    let now: Vec<&str> = again.lines().collect();
+    assert_eq!((now.len(), now[3], now[4]), (5, rows[3], &*user), "{again}");
+    assert!(now[1].starts_with("a.obj,2,") && now[2].starts_with("b.obj,2,"), "{again}");
+    assert_eq!(desk.bytes("out/b.txt"), file);
+    // What follows from another mesh or other settings is another result.
+    desk.refused("a.obj -l 3 -o out", &["the row of a.obj is of another run", "--force"]);
+    desk.put("a.obj", cube(4.0));
+    desk.refused(words, &["out/fits.csv: the row of a.obj is of another run"]);
+    assert_eq!(desk.text("out/fits.csv"), again);
+    desk.done("a.obj -l 3 -o out --force");
+    assert_eq!(desk.text("out/fits.csv").lines().count(), 2);
+}
+
+#[test]
+fn sweep_goes_on_from_its_table() {
+    let desk = Desk::of(&["sweep", "a.obj", "-o", "out"]).with("a.obj", cube(1.0));
+    desk.done("-l 1,2");
+    let whole = desk.text("out/sweep.csv");
+    let rows: Vec<&str> = whole.lines().collect();
+    desk.put("out/sweep.csv", format!("{}\n{}\n{}", rows[0], rows[1], &rows[2][..9]));
+    for name in ["sweep.svg", "sweep.png", "a-2.txt"] {
+        fs::remove_file(desk.path(&format!("out/{name}"))).expect("it was written");
+    }
+    desk.done("-l 1,2");
+    let again = desk.text("out/sweep.csv");
+    let now: Vec<&str> = again.lines().collect();
+    assert_eq!((now.len(), now[1]), (4, rows[1]), "the first was timed again: {again}");
+    assert!(now[2].starts_with("series,2,") && now[3].starts_with("mesh,"), "{again}");
+    assert!(desk.path("out/a-2.txt").exists() && desk.path("out/sweep.png").exists());
+    desk.put("a.obj", cube(2.0));
+    desk.refused("-l 1", &["out/sweep.csv: the row of series 1 is of another run"]);
+}
