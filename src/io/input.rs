@@ -55,7 +55,7 @@ impl<'a> Input<'a> {
             return Self::open_file(path);
         }
         let pipe = File::open(path).map_err(refused)?;
-        let bytes = memory::read_to_end(pipe.take(MOST_OF_PIPE + 1)).map_err(refused)?;
+        let bytes = memory::read_to_end(path, pipe.take(MOST_OF_PIPE + 1))?;
         let length = bytes.len() as u64;
         if length > MOST_OF_PIPE {
             let error = InputError::new(path, "more than 1 GiB comes through this pipe");
@@ -120,7 +120,7 @@ impl<'a> Input<'a> {
     /// # Errors
     /// [`Error::Io`] when the file cannot be read.
     pub fn rest(&mut self) -> Result<Vec<u8>> {
-        memory::read_to_end(&mut self.reader).map_err(|e| Error::io(self.path, "read", e))
+        memory::read_to_end(self.path, &mut self.reader)
     }
 
     /// Reads a file that this one names, at most the first `most` bytes of it.
