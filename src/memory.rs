@@ -51,14 +51,12 @@ pub fn free() -> u64 {
 /// # Errors
 /// [`Error::Memory`] when they are not free.
 pub fn ask(bytes: f64, what: impl Display, smaller: impl FnOnce(f64) -> String) -> Result<()> {
-    let free = if faults::strikes() {
-        0
-    } else if bytes <= SMALL as f64 && is_given(bytes) {
+    let refused = faults::strikes();
+    if !refused && bytes <= SMALL as f64 && is_given(bytes) {
         return Ok(());
-    } else {
-        free()
-    };
-    if bytes <= free as f64 && is_given(bytes) {
+    }
+    let free = if refused { 0 } else { free() };
+    if !refused && bytes <= free as f64 && is_given(bytes) {
         return Ok(());
     }
     // Nine tenths: the rest of the work needs some as well.

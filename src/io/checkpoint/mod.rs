@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn every_failed_write_is_told() {
         let fill = &mut |file: &mut dyn ReadWriteSeek| encode(file, &run(1), &film());
-        assert!(failing::in_turn(&Kind::CHECKPOINT, fill) > 5);
+        assert!(failing::in_turn(&Kind::CHECKPOINT, "checkpoint", fill) > 5);
     }
 
     #[test]

@@ -464,7 +464,7 @@ mod tests {
 
     #[test]
     fn every_failed_write_is_told() {
-        let writes = failing::in_turn(&Kind::EXR, &mut |file| image().write(&[], file));
+        let writes = failing::in_turn(&Kind::EXR, "exr", &mut |file| image().write(&[], file));
         assert!(writes > 5, "{writes}");
     }
 
