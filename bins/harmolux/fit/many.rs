@@ -101,13 +101,11 @@ fn outputs(verb: &Fit) -> Result<Vec<(PathBuf, PathBuf)>> {
 
 fn fit_one(verb: &Fit, mesh: &Path, output: &Path) -> Row {
     let started = Instant::now();
-    let fit = || {
-        let output = shape_file::open(output, verb.force)?;
+    let fitted = shape_file::open(output, verb.force).and_then(|output| {
         let fitted = fit_file(verb, mesh)?;
         write(verb, &fitted, mesh, output)?;
         Ok(fitted)
-    };
-    let fitted = fit();
+    });
     Row { name: mesh.display().to_string(), fitted, seconds: started.elapsed().as_secs_f64() }
 }
 
