@@ -95,11 +95,6 @@ fn file_that_is_there_is_replaced_only_by_force() {
         );
         desk.done(format!("convert rock.txt {name} --force"));
     }
-    desk.put("other.csv", b"a,b\n1,2\n");
-    desk.refused(
-        "convert rock.txt other.csv",
-        &["was not written by this program as an aics-shparam table"],
-    );
 }
 
 #[test]

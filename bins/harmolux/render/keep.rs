@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use harmolux::estimators::{ImageSettings, REPLICATES, Rendering};
+use harmolux::estimators::{Ending, ImageSettings, REPLICATES, Rendering};
 use harmolux::io::checkpoint::{self, Fingerprint};
 use harmolux::io::output::{Claim, Kind, Output, Stage};
 use harmolux::io::scene_file::SceneFile;
@@ -14,6 +14,7 @@ use harmolux::{Error, Result};
 
 use crate::common::advice;
 use crate::common::say;
+use crate::common::target::write_all;
 use crate::render::Render;
 use crate::render::target::{Image, Write, estimator_name};
 
@@ -154,7 +155,7 @@ impl Kept {
     }
 
     /// Saves the state of a run that is over, if it is to go on or the file was named.
-    pub(crate) fn keep(&mut self, rendering: &Rendering, to_go_on: bool) {
+    fn keep(&mut self, rendering: &Rendering, to_go_on: bool) {
         if rendering.unfinished.is_some() {
             // No complete pass, nothing to go on from.
             return;
@@ -185,4 +186,30 @@ impl Kept {
         }
         written.is_ok() || self.claim.path() != before
     }
+}
+
+/// Writes the pictures, and keeps the state of a run that is to go on: one that was interrupted, or
+/// of which a picture found no place. Returns where they are.
+pub(crate) fn finish(
+    mut kept: Kept,
+    outputs: &mut [(Image, Output)],
+    rendering: &Rendering,
+    write: Write,
+) -> Result<Vec<PathBuf>> {
+    let interrupted = rendering.ending == Ending::Interrupted;
+    let stage = stage(rendering);
+    kept.keep(rendering, interrupted);
+    let writes = outputs.iter_mut().map(|(image, to)| write(*image, to, stage, rendering));
+    let written = write_all(writes);
+    if written.is_err() && !interrupted {
+        kept.keep(rendering, true);
+    }
+    kept.end(rendering, interrupted || written.is_err());
+    written.map(|()| outputs.iter().map(|(_, to)| to.path_at(stage).to_owned()).collect())
+}
+
+/// Says how far a picture is.
+fn stage(rendering: &Rendering) -> Stage {
+    let is_whole = rendering.ending != Ending::Interrupted && rendering.unfinished.is_none();
+    if is_whole { Stage::Complete } else { Stage::Unfinished }
 }

@@ -14,7 +14,7 @@ use harmolux::estimators::{
     resume,
 };
 use harmolux::fit::{mesh_bytes, series_bytes};
-use harmolux::io::output::{Output, Stage};
+use harmolux::io::output::Output;
 use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile};
 use harmolux::math::Randomness;
 use harmolux::scene::{Camera, Film, Layer, Scene, Window};
@@ -23,15 +23,14 @@ use harmolux::{Error, Result};
 use serde_json::json;
 
 use self::foresight::Foresight;
-use self::keep::{Kept, Place};
-use self::target::{Image, View, Write, open_outputs};
+use self::keep::{Kept, Place, finish};
+use self::target::{Image, View, open_outputs};
 use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::SceneArguments;
 use crate::common::progress::{self, Meter};
 use crate::common::scenes::{distinct, load_scene, read_scene, stop};
 use crate::common::surveys::code;
-use crate::common::target::write_all;
 use crate::common::values::size;
 use crate::common::{interrupt, paths, say};
 
@@ -160,32 +159,6 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
         Code::Done if rendering.unfinished.is_some() => Code::NotMet,
         code => code,
     })
-}
-
-/// Writes the pictures, and keeps the state of a run that is to go on: one that was interrupted, or
-/// of which a picture found no place. Returns where they are.
-fn finish(
-    mut kept: Kept,
-    outputs: &mut [(Image, Output)],
-    rendering: &Rendering,
-    write: Write,
-) -> Result<Vec<PathBuf>> {
-    let interrupted = rendering.ending == Ending::Interrupted;
-    let stage = stage(rendering);
-    kept.keep(rendering, interrupted);
-    let writes = outputs.iter_mut().map(|(image, to)| write(*image, to, stage, rendering));
-    let written = write_all(writes);
-    if written.is_err() && !interrupted {
-        kept.keep(rendering, true);
-    }
-    kept.end(rendering, interrupted || written.is_err());
-    written.map(|()| outputs.iter().map(|(_, to)| to.path_at(stage).to_owned()).collect())
-}
-
-/// Says how far a picture is.
-fn stage(rendering: &Rendering) -> Stage {
-    let is_whole = rendering.ending != Ending::Interrupted && rendering.unfinished.is_none();
-    if is_whole { Stage::Complete } else { Stage::Unfinished }
 }
 
 /// Says that no row of the picture was done in time.
