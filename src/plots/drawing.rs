@@ -289,7 +289,7 @@ mod tests {
         let points = vec![[1.0, 2e-5], [20.0, 5e-3]];
         for (axis, numbers) in [
             (Axis::logarithmic("power, m2"), &["2e-5", "1e-4", "5e-3"][..]),
-            (Axis::linear("power, m2"), &["0.001", "0.005"]),
+            (Axis::linear("power, m2"), &["1e-3", "3e-3"]),
         ] {
             let curve = Curve::new("", points.clone());
             let figure = Figure::new("F", [Axis::linear("x"), axis], vec![curve]);

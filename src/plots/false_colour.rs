@@ -69,7 +69,7 @@ pub struct FalseColour {
 impl FalseColour {
     /// Returns what the values come to.
     pub fn tally(&self) -> Tally {
-        let tally = Tally::of(self.values.iter().copied().enumerate());
+        let tally = Tally::of(&self.values.iter().copied().enumerate());
         Tally { not_finite: tally.not_finite - self.nothing(), ..tally }
     }
 

@@ -17,7 +17,7 @@ pub struct Tally {
 
 impl Tally {
     /// Goes through values with their places; of equal extremes the first counts.
-    pub(super) fn of(values: impl Iterator<Item = (usize, f64)> + Clone) -> Self {
+    pub(super) fn of(values: &(impl Iterator<Item = (usize, f64)> + Clone)) -> Self {
         let finite = || values.clone().filter(|(_, v)| v.is_finite());
         let count = finite().count();
         // Dividing first keeps the sum of huge values finite.
@@ -37,7 +37,7 @@ mod tests {
     use super::*;
 
     fn of(values: &[f64]) -> Tally {
-        Tally::of(values.iter().copied().enumerate())
+        Tally::of(&values.iter().copied().enumerate())
     }
 
     #[test]

@@ -75,7 +75,7 @@ impl Isolux {
 
     /// Returns what the values that count come to; places are those of sensors.
     pub fn tally(&self) -> Tally {
-        Tally::of(self.counting())
+        Tally::of(&self.counting())
     }
 
     fn counting(&self) -> impl Iterator<Item = (usize, f64)> + Clone {
@@ -191,7 +191,7 @@ impl Isolux {
             let cell = layout.cell(self.lattice.nodes[sensor]);
             // Its number stays in sight: in the middle of the cell, or on a plate.
             if values.is_empty() {
-                let text = self.text(value, tally);
+                let text = text(value, tally);
                 let size = plate_size(&text, LABEL);
                 let middle = layout.beside(cell, size);
                 placing.taken.extend([cell, Area::about(middle, size)]);
@@ -224,15 +224,10 @@ impl Isolux {
         }
     }
 
-    /// Writes a value for its cell.
-    fn text(&self, value: f64, tally: &Tally) -> String {
-        ticks::beside(value, tally.largest.map_or(1.0, |(_, v)| v))
-    }
-
     /// Lists the values that are written in their cells; none where cells are too small.
     fn written(&self, layout: &Layout, tally: &Tally) -> Vec<Written> {
         let finite = self.counting().filter(|(_, v)| v.is_finite());
-        let texts: Vec<_> = finite.map(|(i, v)| (i, v, self.text(v, tally))).collect();
+        let texts: Vec<_> = finite.map(|(i, v)| (i, v, text(v, tally))).collect();
         let Some(font) = layout.value_font(texts.iter().map(|(_, _, text)| text.as_str())) else {
             return Vec::new();
         };
@@ -268,6 +263,11 @@ impl Isolux {
         let levels = self.scale.numbered_levels();
         levels.filter(|(level, _)| (least..=largest).contains(level)).collect()
     }
+}
+
+/// Writes a value for its cell.
+fn text(value: f64, tally: &Tally) -> String {
+    ticks::beside(value, tally.largest.map_or(1.0, |(_, v)| v))
 }
 
 /// A value in its cell.
