@@ -99,10 +99,13 @@ impl GrowingTable {
     /// those of this run.
     pub(crate) fn finish(mut self, rows: Vec<Vec<Cell>>) -> Result<Table> {
         let mut own = Table::new(self.table.header().to_vec());
-        rows.into_iter().for_each(|row| own.push(row));
+        for row in rows {
+            own.push(row);
+        }
         let mut all = own.clone();
-        let others = self.table.rows().iter().filter(|row| !own.rows().contains(row));
-        others.for_each(|row| all.push(row.iter().cloned()));
+        for row in self.table.rows().iter().filter(|row| !own.rows().contains(row)) {
+            all.push(row.iter().cloned());
+        }
         let csv = all.to_csv()?;
         self.claim.write_with(&mut |file| file.write_all(&csv))?;
         Ok(own)
