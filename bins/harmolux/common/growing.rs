@@ -1,6 +1,7 @@
 //! A table that grows on disk row by row as results come, so that a run that was ended, in whatever
 //! way, goes on where it was when it is started again.
 
+use std::collections::HashSet;
 use std::fmt::Debug;
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -103,7 +104,9 @@ impl GrowingTable {
             own.push(row);
         }
         let mut all = own.clone();
-        for row in self.table.rows().iter().filter(|row| !own.rows().contains(row)) {
+        let text = |row: &Vec<Cell>| format!("{row:?}");
+        let made: HashSet<String> = own.rows().iter().map(text).collect();
+        for row in self.table.rows().iter().filter(|row| !made.contains(&text(row))) {
             all.push(row.iter().cloned());
         }
         let csv = all.to_csv()?;
