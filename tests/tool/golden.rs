@@ -281,5 +281,8 @@ fn alike(i: usize, was: Option<&&str>, is: Option<&&str>) -> bool {
     let number = |text: &str| if i % 2 == 1 { text.parse().ok() } else { None };
     let (Some(x), Some(y)) = (number(a), number(b)) else { return a == b };
     let (largest, long): (f64, _) = (f64::max(f64::abs(x), f64::abs(y)), a.len().max(b.len()) > 12);
-    (x - y).abs() <= 1e-6 * largest + 1e-12 && (long || a.len() == b.len() || largest <= 1e-12)
+    // Part of a fingerprint may read as a number without bound.
+    a == b
+        || (x - y).abs() <= 1e-6 * largest + 1e-12
+            && (long || a.len() == b.len() || largest <= 1e-12)
 }

@@ -1,6 +1,7 @@
 //! A table that grows on disk row by row as results come, so that a run that was ended, in whatever
 //! way, goes on where it was when it is started again.
 
+use std::collections::HashSet;
 use std::fmt::Debug;
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -99,10 +100,15 @@ impl GrowingTable {
     /// those of this run.
     pub(crate) fn finish(mut self, rows: Vec<Vec<Cell>>) -> Result<Table> {
         let mut own = Table::new(self.table.header().to_vec());
-        rows.into_iter().for_each(|row| own.push(row));
+        for row in rows {
+            own.push(row);
+        }
         let mut all = own.clone();
-        let others = self.table.rows().iter().filter(|row| !own.rows().contains(row));
-        others.for_each(|row| all.push(row.iter().cloned()));
+        let text = |row: &Vec<Cell>| format!("{row:?}");
+        let made: HashSet<String> = own.rows().iter().map(text).collect();
+        for row in self.table.rows().iter().filter(|row| !made.contains(&text(row))) {
+            all.push(row.iter().cloned());
+        }
         let csv = all.to_csv()?;
         self.claim.write_with(&mut |file| file.write_all(&csv))?;
         Ok(own)
