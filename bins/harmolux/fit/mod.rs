@@ -9,6 +9,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use harmolux::Result;
+use harmolux::error::shown_path;
 use harmolux::fit::Envelope;
 use harmolux::fit::Shape;
 use harmolux::fit::{
