@@ -14,13 +14,14 @@ use crate::common::say;
 /// Does each of several writes, whatever becomes of the others: all that fails is told, the last
 /// by whoever gets it from here.
 pub(crate) fn write_all(writes: impl IntoIterator<Item = Result<()>>) -> Result<()> {
-    writes.into_iter().fold(Ok(()), |before, done| match (before, done) {
-        (Err(earlier), Err(last)) => {
-            say::error(&earlier);
-            Err(last)
+    let mut all = Ok(());
+    for done in writes {
+        if let (Err(earlier), Err(_)) = (&all, &done) {
+            say::error(earlier);
         }
-        (before, done) => before.and(done),
-    })
+        all = if done.is_err() { done } else { all };
+    }
+    all
 }
 
 /// A file to write.

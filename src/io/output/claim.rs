@@ -89,9 +89,11 @@ impl Claim {
     /// # Errors
     /// [`Error::Io`] when the system refuses.
     pub fn remove(self) -> Result<()> {
-        let removed = self.held.iter().map(|held| (held, held.remove()));
-        let refused = removed.filter_map(|(held, removed)| Some((held, removed.err()?))).last();
-        refused.map_or(Ok(()), |(held, e)| Err(Error::io(&held.path, "remove", e)))
+        let mut done = Ok(());
+        for held in &self.held {
+            done = done.and(held.remove().map_err(|e| Error::io(&held.path, "remove", e)));
+        }
+        done
     }
 }
 

@@ -113,12 +113,11 @@ impl Destination {
     fn objection(&self) -> io::Result<Option<String>> {
         let foreign = || Some(format!("it was not written by this program as {}", self.kind.name));
         Ok(match &self.replaces {
-            Replaces::Anything => None,
             Replaces::Nothing => Some("this file is there already".to_owned()),
             Replaces::Own | Replaces::Run(_) if !self.kind.wrote(File::open(&self.target)?)? => {
                 foreign()
             }
-            Replaces::Own => None,
+            Replaces::Anything | Replaces::Own => None,
             Replaces::Run(run) => {
                 let mut head = Vec::new();
                 File::open(&self.target)?.take(RUN_WITHIN).read_to_end(&mut head)?;
