@@ -62,11 +62,7 @@ pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
 fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let meter = Meter::start("reading the mesh");
     let mut table = GrowingTable::open(&verb.output.join("sweep.csv"), columns(), verb.force)?;
-    let plot = |(name, format): (&str, PlotFormat)| {
-        Ok((format, Output::open(&verb.output.join(name), &format.kind(), verb.force)?))
-    };
-    let plots = [("sweep.svg", PlotFormat::Svg), ("sweep.png", PlotFormat::Png)];
-    let plots: Vec<(PlotFormat, Output)> = plots.into_iter().map(plot).collect::<Result<_>>()?;
+    let plots = plots(verb)?;
     let MeshRead { mesh, source, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
     let lines = lines(verb, &source, &mut table)?;
     {
@@ -110,6 +106,15 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
         say::note(&format!("written to {}", verb.output.display()));
     }
     Ok(Code::Done)
+}
+
+/// Opens the figure, as a drawing and as a picture.
+fn plots(verb: &Sweep) -> Result<Vec<(PlotFormat, Output)>> {
+    let plots = [("sweep.svg", PlotFormat::Svg), ("sweep.png", PlotFormat::Png)];
+    let open = |(name, format): (&str, PlotFormat)| {
+        Ok((format, Output::open(&verb.output.join(name), &format.kind(), verb.force)?))
+    };
+    plots.into_iter().map(open).collect()
 }
 
 /// What a line of the sweep needs.

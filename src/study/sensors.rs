@@ -82,6 +82,19 @@ pub(super) fn check_distances(
     Ok(())
 }
 
+/// Rejects more sensors than a group may have or memory holds.
+fn check_count(file: &SceneFile, [name, what]: [&str; 2], count: f64, help: &str) -> Result<()> {
+    if count > MAX_SENSORS {
+        let message =
+            format!("the {what} `{name}` would have {count:.3e} sensors, more than {MAX_SENSORS}");
+        return Err(file.source.error(&["sensors", name, what], message, Some(help.to_owned())));
+    }
+    // Sensors, and the lists that are made of them.
+    let bytes = 3.0 * count * size_of::<Sensor>() as f64;
+    let advice = memory::fewer(count as usize, help);
+    memory::ask(bytes, format_args!("the {what} `{name}` of {count} sensors"), advice)
+}
+
 /// Lays out one group of sensors.
 fn lay_out(
     file: &SceneFile,
@@ -89,22 +102,7 @@ fn lay_out(
     built: &[Built],
     (name, spec): (&str, &SensorSpec),
 ) -> Result<Laid> {
-    let check = |what: &str, count: f64, help: &str| {
-        if count > MAX_SENSORS {
-            let message = format!(
-                "the {what} `{name}` would have {count:.3e} sensors, more than {MAX_SENSORS}"
-            );
-            return Err(file.source.error(
-                &["sensors", name, what],
-                message,
-                Some(help.to_owned()),
-            ));
-        }
-        // Sensors, and the lists that are made of them.
-        let bytes = 3.0 * count * size_of::<Sensor>() as f64;
-        let advice = memory::fewer(count as usize, help);
-        memory::ask(bytes, format_args!("the {what} `{name}` of {count} sensors"), advice)
-    };
+    let check = |what: &str, count: f64, help: &str| check_count(file, [name, what], count, help);
     let fewer = "write a larger `spacing`, or a smaller `count`";
     let plain = |sensors| Laid { sensors, faces: Vec::new() };
     match spec {

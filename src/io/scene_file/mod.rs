@@ -8,6 +8,7 @@
 mod camera;
 mod compare;
 mod diagnostics;
+mod file_ref;
 mod light;
 mod material;
 mod measure;
@@ -36,11 +37,11 @@ use toml::de::{DeTable, Deserializer, ValueDeserializer};
 
 pub use camera::{CameraSpec, FisheyeSpec, OrthographicSpec, PanoramaSpec, PerspectiveSpec};
 pub use compare::{CompareSpec, ExactProblem};
+pub use file_ref::FileRef;
 pub use light::{DistributionSpec, LightSpec, Strength};
 pub use material::{CoatedSpec, LambertSpec, MaterialSpec, MetalSpec, MirrorSpec, MixtureSpec};
 pub use object::{
-    BoxFace, BoxSpec, DiscSpec, FileRef, MeshSpec, ObjectSpec, PlaneSpec, RectangleSpec, ShSpec,
-    SphereSpec,
+    BoxFace, BoxSpec, DiscSpec, MeshSpec, ObjectSpec, PlaneSpec, RectangleSpec, ShSpec, SphereSpec,
 };
 pub use overrides::split_override;
 pub use placement::{PlacementSpec, Rotation};

@@ -1,12 +1,13 @@
 //! `[objects.NAME.TYPE]`: the shapes of a scene.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::DVec3;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
+use super::file_ref::FileRef;
 use super::placement::{PlacementSpec, Rotation};
 use super::source::Entry;
 use super::task::DetailSpec;
@@ -253,31 +254,6 @@ pub struct PlaneSpec {
     pub normal: DVec3,
     /// The material.
     pub material: String,
-}
-
-/// Names a file as the scene wrote it and as the machine finds it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FileRef {
-    /// The path as written.
-    pub written: PathBuf,
-    /// The path relative to the scene file's folder.
-    pub resolved: PathBuf,
-}
-
-impl FileRef {
-    fn resolve(&mut self, folder: &Path) {
-        self.resolved = folder.join(&self.written);
-    }
-}
-
-impl<'de> Deserialize<'de> for FileRef {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let written = String::deserialize(deserializer)?;
-        if written.is_empty() {
-            return Err(serde::de::Error::custom("must name a file, found an empty string"));
-        }
-        Ok(Self { written: written.clone().into(), resolved: written.into() })
-    }
 }
 
 /// Describes a triangle mesh.

@@ -6,30 +6,28 @@
 //! channel Y would make `OpenEXR`'s RGBA interface show it alone, grey. `chromaticities` say what
 //! R, G and B are. Equal images give equal bytes.
 
+mod decode;
 mod encode;
 
 use std::collections::BTreeMap;
 use std::io::{self, BufWriter, Cursor};
 use std::path::Path;
 
-use exr::image::read::read as reader;
-use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer};
+use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, Image, Layer};
 use exr::math::Vec2;
-use exr::meta::MetaData;
 use exr::meta::attribute::{
     AttributeValue, Chromaticities, Compression, IntegerBounds, LineOrder, Text,
 };
 use exr::meta::header::LayerAttributes;
-use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
+use exr::prelude::WritableImage;
 
 use encode::{Samples, sort_attributes};
 
 use super::check_size;
-use crate::error::InputError;
 use crate::io::input::Input;
 use crate::io::output::{ReadWriteSeek, SOFTWARE};
 use crate::math::Rgb;
-use crate::{Error, Result, memory};
+use crate::{Error, Result};
 
 /// Holds the value of one attribute.
 #[derive(Debug, Clone, PartialEq)]
@@ -307,47 +305,6 @@ impl Exr {
     pub fn read(path: &Path) -> Result<Self> {
         Self::from_bytes(path, &Input::open(path)?.rest()?)
     }
-
-    /// Decodes the bytes of an EXR file; `path` is for messages.
-    ///
-    /// # Errors
-    /// [`Error::Input`] when they are not an image of one flat layer.
-    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
-        let refuse = |e: exr::error::Error| {
-            Error::from(InputError::new(path, format!("this is not a readable EXR image: {e}")))
-        };
-        check_header(path, &MetaData::read_from_buffered(bytes, false).map_err(refuse)?, bytes)?;
-        let image = reader()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_buffered(Cursor::new(bytes))
-            .map_err(refuse)?;
-        let display = image.attributes.display_window;
-        let layer = image.layer_data;
-        let channels = layer.channel_data.list.into_iter();
-        let Vec2(x, y) = layer.attributes.layer_position;
-        let is_whole =
-            layer.attributes.layer_position == display.position && layer.size == display.size;
-        Ok(Self {
-            width: layer.size.0,
-            height: layer.size.1,
-            origin: [x, y],
-            whole: (!is_whole).then_some([display.size.0, display.size.1]),
-            channels: channels.map(|c| (string(&c.name), values(c.sample_data))).collect(),
-            attributes: attributes_of(&layer.attributes),
-        })
-    }
-}
-
-/// Returns samples as they are kept, those of four bytes without a copy.
-fn values(samples: FlatSamples) -> Vec<f32> {
-    match samples {
-        FlatSamples::F32(values) => values,
-        other => other.values_as_f32().collect(),
-    }
 }
 
 /// The attribute of the matrix from the room to the camera.
@@ -355,50 +312,6 @@ const TO_CAMERA: &str = "worldToCamera";
 
 fn flat(rows: &[[f32; 4]; 4]) -> [f32; 16] {
     std::array::from_fn(|k| rows[k / 4][k % 4])
-}
-
-fn attributes_of(layer: &LayerAttributes) -> BTreeMap<String, Attribute> {
-    let software = layer.software_name.iter().map(|s| ("software".to_owned(), string(s).into()));
-    let others = layer.other.iter().filter_map(|(name, value)| {
-        let value = match value {
-            AttributeValue::Text(value) => Attribute::Text(string(value)),
-            AttributeValue::F64(value) => Attribute::Number(*value),
-            AttributeValue::F32(value) => Attribute::Number(f64::from(*value)),
-            AttributeValue::I32(value) => Attribute::Number(f64::from(*value)),
-            _ => return None,
-        };
-        Some((string(name), value))
-    });
-    let matrix = layer.world_to_camera.map(|m| {
-        let row = |r: usize| std::array::from_fn(|c| m[4 * r + c]);
-        (TO_CAMERA.to_owned(), Attribute::Matrix(std::array::from_fn(row)))
-    });
-    software.chain(matrix).chain(others).collect()
-}
-
-/// Rejects what the decoder would not survive or not show as it is: several or subsampled layers,
-/// and sizes that the bytes cannot hold.
-fn check_header(path: &Path, meta: &MetaData, bytes: &[u8]) -> Result<()> {
-    // Deflate packs at most 1032 to 1; the other methods stay far below.
-    const DENSEST: usize = 1032;
-    let refuse = |message: String| Err(InputError::new(path, message).into());
-    let [header] = meta.headers.as_slice() else {
-        return refuse(format!("{} layers, where one is expected", meta.headers.len()));
-    };
-    if header.channels.list.iter().any(|c| c.sampling.0 != 1 || c.sampling.1 != 1) {
-        return refuse("subsampled channels cannot be compared pixel by pixel".to_owned());
-    }
-    let Vec2(width, height) = header.layer_size;
-    let needed = width.saturating_mul(height).saturating_mul(header.channels.bytes_per_pixel);
-    if needed > bytes.len().saturating_mul(DENSEST) {
-        return refuse(format!("{} bytes cannot hold {width} x {height} pixels", bytes.len()));
-    }
-    // The bytes as decoded, and as they are kept.
-    let kept = width as f64 * height as f64 * (4 * header.channels.list.len()) as f64;
-    let name = format_args!("{}: a picture of {width} x {height} pixels", path.display());
-    memory::ask(needed as f64 + kept, name, |share| {
-        format!("about {:.0} % of it would fit; take a part of the picture", 100.0 * share)
-    })
 }
 
 fn channel_name(layer: &str, channel: &str) -> String {
@@ -419,6 +332,8 @@ mod tests {
     use super::*;
     use crate::io::failing;
     use crate::io::output::{Kind, Output};
+    use crate::memory;
+    use ::exr::meta::MetaData;
 
     fn pixels() -> Vec<Rgb> {
         (0..6).map(|i| Rgb([f64::from(i), 0.1, 1e-3 * f64::from(i * i)])).collect()
