@@ -81,6 +81,7 @@ fn wait() {
     }
     let _whole = writing();
     say::note("interrupted");
+    harmolux::io::output::remove_empty();
     std::process::exit(Code::Interrupted as i32);
 }
 

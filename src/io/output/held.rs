@@ -3,6 +3,7 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use super::Kind;
 use super::lock::{Lock, stands};
@@ -10,11 +11,28 @@ use super::lock::{Lock, stands};
 /// How often a file may be replaced in the moment between opening and locking it; once is rare.
 const ATTEMPTS: usize = 8;
 
+/// The names under which files were taken that are held.
+static TAKEN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the files that are held for outputs and empty: for a process that ends where it is, and
+/// drops nothing.
+pub fn remove_empty() {
+    let taken = TAKEN.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in taken.iter() {
+        if fs::metadata(path).is_ok_and(|data| data.is_file() && data.len() == 0) {
+            // What stays does no harm.
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
 /// A file that is locked until it is dropped, and that is removed then if it is empty or passing.
 #[derive(Debug)]
 pub(super) struct Held {
     pub(super) path: PathBuf,
     pub(super) file: File,
+    /// The name it was taken by.
+    taken: PathBuf,
     is_passing: bool,
 }
 
@@ -49,7 +67,7 @@ impl Held {
             if !is_empty && !kind.map_or(Ok(true), |kind| kind.wrote(&file))? {
                 return Ok(Attempt::Foreign);
             }
-            return Ok(Attempt::Held(Self { path, file, is_passing: false }));
+            return Ok(Attempt::Held(Self::new(path, file)));
         }
         Ok(Attempt::Another)
     }
@@ -59,7 +77,12 @@ impl Held {
         let file = OpenOptions::new().read(true).write(true).create_new(true).open(&path)?;
         // Its name is new: nobody waits for it.
         let _ = file.try_lock();
-        Ok(Self { path, file, is_passing: false })
+        Ok(Self::new(path, file))
+    }
+
+    fn new(path: PathBuf, file: File) -> Self {
+        TAKEN.lock().unwrap_or_else(PoisonError::into_inner).push(path.clone());
+        Self { taken: path.clone(), path, file, is_passing: false }
     }
 
     /// Lets the file vanish with this value.
@@ -143,6 +166,10 @@ impl Drop for Held {
         if self.is_passing || self.is_empty() {
             // What stays does no harm.
             let _ = self.remove();
+        }
+        let mut taken = TAKEN.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(place) = taken.iter().rposition(|path| *path == self.taken) {
+            taken.swap_remove(place);
         }
     }
 }

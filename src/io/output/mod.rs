@@ -34,6 +34,7 @@ use crate::{Error, Result};
 pub use claim::Claim;
 use destination::{Destination, Replaces};
 use held::Held;
+pub use held::remove_empty;
 pub use kind::Kind;
 
 /// Names this program and its version, as written into files.
