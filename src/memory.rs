@@ -239,8 +239,8 @@ mod tests {
         for (bytes, words) in [
             (0.0, "0 B"),
             (999.0, "999 B"),
-            (2048.0, "2.0 kB"),
-            (3.2e10, "32 GB"),
+            (2048.0, "2.05 kB"),
+            (3.2e10, "32.0 GB"),
             (1e18, "1000 PB"),
         ] {
             assert_eq!(in_words(bytes), words);

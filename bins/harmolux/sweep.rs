@@ -42,7 +42,7 @@ pub(crate) struct Sweep {
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) habits: MeshHabits,
-    /// Replace files that another program wrote
+    /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -62,9 +62,9 @@ pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
 fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let meter = Meter::start("reading the mesh");
     let mut table = GrowingTable::open(&verb.output.join("sweep.csv"), columns(), verb.force)?;
-    let plots = plots(verb)?;
     let MeshRead { mesh, source, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
     let lines = lines(verb, &source, &mut table)?;
+    let plots = plots(verb)?;
     {
         let _whole = interrupt::writing();
         table.begin()?;

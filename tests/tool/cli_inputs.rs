@@ -238,9 +238,13 @@ fn paths_that_are_no_utf8_are_written_as_text_and_bytes() {
         ("convert stone.obj ODD.stl", "\u{fffd}.stl", "/y5zdGw="),
         ("mesh rock.txt -o ODD.obj --resolution 2", "\u{fffd}.obj", "/y5vYmo="),
         ("transform rock.txt -o ODD.txt", "\u{fffd}.txt", "/y50eHQ="),
-        ("mean rock.txt -o ODD.txt", "\u{fffd}.txt", "/y50eHQ="),
-        ("random --power-law rms=0.1,exponent=3 -l 4 -o ODD.txt", "\u{fffd}.txt", "/y50eHQ="),
-        ("fit stone.obj -l 2 -o ODD.txt", "\u{fffd}.txt", "/y50eHQ="),
+        ("mean rock.txt -o ODD.txt --force", "\u{fffd}.txt", "/y50eHQ="),
+        (
+            "random --power-law rms=0.1,exponent=3 -l 4 -o ODD.txt --force",
+            "\u{fffd}.txt",
+            "/y50eHQ=",
+        ),
+        ("fit stone.obj -l 2 -o ODD.txt --force", "\u{fffd}.txt", "/y50eHQ="),
         ("render room.toml -o ODD.exr", "\u{fffd}.exr", "/y5leHI="),
         ("falsecolor lux.csv -o ODD.svg", "\u{fffd}.svg", "/y5zdmc="),
     ] {
@@ -254,6 +258,6 @@ fn paths_that_are_no_utf8_are_written_as_text_and_bytes() {
     }
     let report = desk.json(words("diff ODD.txt rock.txt --width 0.1"));
     assert_eq!((&report["a_bytes"], &report["b_bytes"]), (&"/y50eHQ=".into(), &().into()));
-    let report = desk.json(words("mean ODD.txt rock.txt -o a.txt"));
+    let report = desk.json(words("mean ODD.txt rock.txt -o a.txt --force"));
     assert_eq!(report["distances"][0]["shape_bytes"], "/y50eHQ=");
 }

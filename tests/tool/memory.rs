@@ -51,7 +51,8 @@ fn what_nobody_asked_for_ends_with_the_code_of_a_failure() {
         let mut command = std::process::Command::new("sh");
         command.current_dir(desk.path("")).env("RUST_BACKTRACE", "0");
         command.args(["-c", &limited, env!("CARGO_BIN_EXE_harmolux"), "render", "room.toml"]);
-        let said = Said::of(&command.args(["-o", "a.png"]).output().expect("the tool starts"));
+        let said =
+            Said::of(&command.args(["-o", "a.png", "--force"]).output().expect("the tool starts"));
         assert!(!said.err.contains("panicked"), "{megabytes} MB: {}", said.err);
         assert!([0, 1].contains(&said.code), "{megabytes} MB: {} {}", said.code, said.err);
         assert!(said.code == 0 || !said.err.is_empty(), "{megabytes} MB end without a word");

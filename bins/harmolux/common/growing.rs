@@ -6,6 +6,7 @@ use std::fmt::Debug;
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use harmolux::error::Advice;
 use harmolux::fit::{Source, SourceHash};
@@ -24,6 +25,8 @@ pub(crate) struct GrowingTable {
     claim: Claim,
     table: Table,
     force: bool,
+    /// Whether the file has rows.
+    has_rows: AtomicBool,
 }
 
 impl GrowingTable {
@@ -31,11 +34,12 @@ impl GrowingTable {
     pub(crate) fn open(path: &Path, columns: Table, force: bool) -> Result<Self> {
         let claim = Claim::open(path, &columns.csv_kind()?, force)?;
         let mut table = columns;
+        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
         if !force {
-            let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
             table.add_csv(&bytes, &TEXTS);
         }
-        Ok(Self { claim, table, force })
+        let has_rows = !table.rows().is_empty() || (force && !bytes.is_empty());
+        Ok(Self { claim, table, force, has_rows: AtomicBool::new(has_rows) })
     }
 
     /// Finds the row that is to have these first cells and this key, if it is there.
@@ -93,6 +97,7 @@ impl GrowingTable {
             file.write_all(&line)?;
             file.sync_data()
         };
+        self.has_rows.store(true, Ordering::Relaxed);
         append().map_err(|e| Error::io(path, "write", e))
     }
 
@@ -110,8 +115,19 @@ impl GrowingTable {
             all.push(row.iter().cloned());
         }
         let csv = all.to_csv()?;
+        *self.has_rows.get_mut() = true;
         self.claim.write_with(&mut |file| file.write_all(&csv))?;
         Ok(own)
+    }
+}
+
+impl Drop for GrowingTable {
+    /// Leaves no table without a row.
+    fn drop(&mut self) {
+        if !*self.has_rows.get_mut() {
+            // What is empty goes with the claim; what stays does no harm.
+            let _ = OpenOptions::new().write(true).truncate(true).open(self.claim.path());
+        }
     }
 }
 

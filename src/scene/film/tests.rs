@@ -26,7 +26,9 @@ fn empty_film_is_black_with_unknown_error() {
 #[test]
 fn films_beyond_memory_are_refused() {
     let error = Film::new([60_000, 60_000], 32).expect_err("too large").to_string();
-    assert!(error.contains("60000 x 60000") && error.contains("GB"), "{error}");
+    assert!(error.contains("60000 x 60000 pixels is beyond what a film holds"), "{error}");
+    let error = Film::new([8000, 8000], 1 << 20).expect_err("too large").to_string();
+    assert!(error.contains("8000 x 8000") && error.contains("TB"), "{error}");
 }
 
 #[test]
