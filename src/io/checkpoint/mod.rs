@@ -168,7 +168,7 @@ pub fn parse(path: &Path, bytes: &[u8], present: &Fingerprint) -> Result<Film> {
 }
 
 fn parse_from(path: &Path, file: impl Read, length: u64, present: &Fingerprint) -> Result<Film> {
-    let mut from = Reader { path, file, check: crc32fast::Hasher::new(), taken: 0 };
+    let mut from = Reader { path, file, length, check: crc32fast::Hasher::new(), taken: 0 };
     let header = from.header(present)?;
     let [width, height, replicates] = header.size;
     let pixels = u64::from(width) * u64::from(height);
@@ -197,6 +197,7 @@ struct Header {
 struct Reader<'a, R> {
     path: &'a Path,
     file: R,
+    length: u64,
     check: crc32fast::Hasher,
     taken: u64,
 }
@@ -272,6 +273,9 @@ impl<R: Read> Reader<'_, R> {
         let length = self.take::<u32>()?;
         if length > LONGEST_TEXT {
             return Err(self.broken("its header is damaged"));
+        }
+        if u64::from(length) > self.length.saturating_sub(self.taken) {
+            return Err(self.broken("it is cut off"));
         }
         let mut bytes = vec![0; length as usize];
         self.fill(&mut bytes)?;
