@@ -17,7 +17,7 @@ static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 
 /// The inputs of a target: at most so many, and no more once this time is up. Readers take
 /// microseconds, the chains milliseconds.
-const INPUTS: u64 = 4000;
+const INPUTS: u64 = 16_000;
 const TIME: Duration = Duration::from_millis(800);
 
 /// The longest that an input may take, on a machine that has other things to do, too.
