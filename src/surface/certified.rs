@@ -27,7 +27,7 @@ pub(super) struct Crossing {
 /// Finds the first point at which the ray crosses the surface, with the gap there (within
 /// [`RadialBody::tolerance`] of zero, or one rounding of the distance past it).
 pub(super) fn first_crossing(body: &RadialBody, ray: &Ray) -> Option<Crossing> {
-    let (nearest, near) = from_nearest(ray);
+    let (nearest, near) = from_nearest(ray)?;
     let chord = body.chord(&near)?;
     let (t, gap) = match start(body, &near, &chord) {
         Start::Inside => from_inside(body, &near, &chord)?,
@@ -37,16 +37,20 @@ pub(super) fn first_crossing(body: &RadialBody, ray: &Ray) -> Option<Crossing> {
     Some(Crossing { distance, point: near.at(t), gap })
 }
 
-/// Returns the distance at which a ray is nearest to the centre, and the ray with its origin there.
-fn from_nearest(ray: &Ray) -> (f64, Ray) {
+/// Returns the distance at which a ray is nearest to the centre, and the ray with its origin there;
+/// `None` when no distance counts, which is not to be seen after the rounding of the ends.
+fn from_nearest(ray: &Ray) -> Option<(f64, Ray)> {
+    if ray.t_min > ray.t_max {
+        return None;
+    }
     let nearest = -ray.origin.dot(ray.direction);
     let (t_min, t_max) = (ray.t_min - nearest, ray.t_max - nearest);
-    (nearest, Ray { origin: ray.at(nearest), t_min, t_max, ..*ray })
+    Some((nearest, Ray { origin: ray.at(nearest), t_min, t_max, ..*ray }))
 }
 
 /// Whether the ray crosses the surface at all.
 pub(super) fn crosses(body: &RadialBody, ray: &Ray) -> bool {
-    let (_, near) = from_nearest(ray);
+    let Some((_, near)) = from_nearest(ray) else { return false };
     let ray = &near;
     let Some(chord) = body.chord(ray) else { return false };
     let mut known = match start(body, ray, &chord) {

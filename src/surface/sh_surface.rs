@@ -279,6 +279,17 @@ mod tests {
     }
 
     #[test]
+    fn ray_of_which_no_distance_counts_hits_nothing() {
+        let march = Intersector::StepBisection(StepBisection::default());
+        for intersector in [Intersector::Patches, Intersector::Certified, march] {
+            let s = ShSurface::new(&sphere(1.0), intersector).expect("valid");
+            // Both ends are one number when they are measured from the centre.
+            let ray = Ray { t_min: 1e-309, t_max: 0.0, ..Ray::new(-DVec3::X, -DVec3::X) };
+            assert!(s.hit(&ray).is_none() && !s.blocked(&ray), "{intersector:?}");
+        }
+    }
+
+    #[test]
     fn sphere_of_degree_zero_is_hit_where_it_stands() {
         let s = ShSurface::new(&sphere(2.0), Intersector::Certified).expect("valid");
         assert!((s.area() - 16.0 * std::f64::consts::PI).abs() <= 1e-10);

@@ -198,3 +198,19 @@ pub fn number(report: &Value, name: &str) -> f64 {
 pub fn repository(path: &str) -> String {
     format!("{}/{path}", env!("CARGO_MANIFEST_DIR"))
 }
+
+/// Whether this process ignores a signal, and so do those it starts: as a script's background job
+/// does with SIGINT.
+#[cfg(unix)]
+pub fn is_ignored(signal: u32) -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
+/// Returns the signal that asks a run to end: SIGINT, or SIGTERM where that is ignored.
+#[cfg(unix)]
+pub fn interrupt() -> &'static str {
+    if is_ignored(2) { "-TERM" } else { "-INT" }
+}

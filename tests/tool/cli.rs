@@ -678,6 +678,7 @@ fn target_that_is_met_ends_with_0() {
 #[cfg(unix)]
 mod interrupts {
     use super::*;
+    use crate::common::desk::interrupt;
     use std::process::Child;
     use std::thread::sleep;
     use std::time::{Duration, Instant};
@@ -702,7 +703,7 @@ mod interrupts {
         // Far longer than the 0.02 s that reading the room takes, far shorter than the run.
         sleep(Duration::from_secs(1));
         let pid = running.0.id().to_string();
-        let kill = Command::new("kill").args(["-INT", &pid]).status().expect("kill is there");
+        let kill = Command::new("kill").args([interrupt(), &pid]).status().expect("kill is there");
         assert!(kill.success(), "the run had ended: {}", desk.text("stderr.log"));
         let started = Instant::now();
         let status = loop {
