@@ -45,6 +45,12 @@ pub fn free() -> u64 {
     left.min().unwrap_or(u64::MAX)
 }
 
+/// Returns the bound on the addresses of the process (`ulimit -v`), bytes; `None` where there is
+/// none, or where the system does not tell.
+pub fn address_limit() -> Option<u64> {
+    soft_limit(&read("/proc/self/limits"), "Max address space")
+}
+
 /// Asks for `bytes` for `what`, which is named in an error. `smaller` says what would fit, from the
 /// share of the bytes that are free, and how to choose it.
 ///

@@ -17,6 +17,11 @@ const MOST_PER_CORE: usize = 16;
 /// The variable that names the number of threads.
 const THREADS: &str = "RAYON_NUM_THREADS";
 
+/// The variable that bounds the arenas of glibc's allocator, which take 64 MB of addresses for each
+/// thread.
+#[cfg(unix)]
+const ARENAS: &str = "MALLOC_ARENA_MAX";
+
 /// Lets the run end with the exit code of a failure where an allocation that nobody asked for
 /// beforehand is refused: the runtime says on stderr how much it was, and aborts.
 pub(crate) fn fail_when_memory_is_out() {
@@ -58,6 +63,10 @@ pub(crate) fn bytes(text: &str) -> Result<u64, String> {
 /// Starts as many threads as are asked for, by default one per core; fewer, with a warning, where
 /// these are more than are of use or than the system starts.
 pub(crate) fn start_threads(asked: Option<u16>) -> Result<(), ThreadPoolBuildError> {
+    #[cfg(unix)]
+    if memory::address_limit().is_some() && std::env::var_os(ARENAS).is_none() {
+        run_anew_with(ARENAS, 1);
+    }
     let cores = thread::available_parallelism().map_or(1, NonZero::get);
     let named = std::env::var(THREADS).ok().and_then(|n| n.parse().ok()).filter(|n| *n > 0);
     let wanted = asked.map(usize::from).or(named).unwrap_or(cores);
@@ -71,23 +80,23 @@ pub(crate) fn start_threads(asked: Option<u16>) -> Result<(), ThreadPoolBuildErr
     }
     #[cfg(unix)]
     if named.is_some_and(|named| named > most) {
-        run_anew_with(most);
+        run_anew_with(THREADS, most);
     }
     let pool = ThreadPoolBuilder::new().num_threads(count.max(1));
     if count == 0 { pool.use_current_thread().build_global() } else { pool.build_global() }
 }
 
-/// Runs the program anew with another number of threads in its environment, which the coder of EXR
-/// pictures reads as well; goes on where that cannot be done.
+/// Runs the program anew with a number in its environment, where others look for it: glibc, and the
+/// coder of EXR pictures for its threads. Goes on where that cannot be done.
 #[cfg(unix)]
-fn run_anew_with(threads: usize) {
+fn run_anew_with(name: &str, number: usize) {
     use std::os::unix::process::CommandExt;
     let mut words = std::env::args_os();
-    let (name, program) = (words.next().unwrap_or_default(), std::env::current_exe());
+    let (called, program) = (words.next().unwrap_or_default(), std::env::current_exe());
     if let Ok(program) = program {
         let mut command = std::process::Command::new(program);
         // Returns only where it failed.
-        let _ = command.arg0(name).args(words).env(THREADS, threads.to_string()).exec();
+        let _ = command.arg0(called).args(words).env(name, number.to_string()).exec();
     }
 }
 
