@@ -24,10 +24,10 @@ pub enum Error {
     #[error("{}", presented(.0))]
     Numeric(String),
     /// Something needs more memory than is free; says what would fit.
-    #[error("{0}")]
+    #[error("{}", presented(.0))]
     Memory(String),
     /// The operating system refused to read or write.
-    #[error("{}: cannot {action}: {source}", shown_path(path))]
+    #[error("{}: cannot {action}: {}", shown_path(path), presented(&source.to_string()))]
     Io {
         /// The file or folder concerned.
         path: PathBuf,
@@ -424,8 +424,9 @@ mod tests {
             InputError::new(path, format!("no `{evil}` here")).help(format!("not `{evil}`"));
         let geometry = Error::Geometry(format!("{evil}\n  help: write `z`"));
         assert!(geometry.to_string().ends_with("y\n  help: write `z`"), "{geometry}");
-        let read = Error::io(path, "read", std::io::Error::other("no"));
-        for error in [input.into(), geometry, read.advise(Advice::Overwrite)] {
+        let read = Error::io(path, "read", std::io::Error::other(evil.clone()));
+        let memory = Error::Memory(evil.clone());
+        for error in [input.into(), geometry, memory, read.advise(Advice::Overwrite)] {
             for text in [error.to_string(), error.told(&|_| "`-f`".to_owned())] {
                 let lines: Vec<&str> = text.lines().collect();
                 assert!(!text.contains('\x1b') && text.contains("\\u{1b}"), "{text}");

@@ -9,6 +9,7 @@ use std::io::{BufRead, Read};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::error::shown_path;
 use crate::{Error, Result};
 
 /// The bytes that are given without a look at what is free.
@@ -24,7 +25,7 @@ pub fn limit(bytes: u64) {
     LIMIT.store(bytes, Ordering::Relaxed);
 }
 
-/// Returns the number of bytes that may still be taken: what the machine, its control group, the
+/// Returns the number of bytes that may still be taken: what the machine, the control groups, the
 /// limits of the process and [`limit`] leave. Only Linux tells the first three.
 pub fn free() -> u64 {
     let status = read("/proc/self/status");
@@ -33,16 +34,27 @@ pub fn free() -> u64 {
     let machine = read("/proc/meminfo");
     let available = kilobytes(&machine, "MemAvailable:")
         .map(|bytes| bytes.saturating_add(kilobytes(&machine, "SwapFree:").unwrap_or(0)));
-    let group = read("/sys/fs/cgroup/memory.max").trim().parse().ok();
     let bounds = [
         (Some(LIMIT.load(Ordering::Relaxed)), now("VmData:")),
         (soft_limit(&limits, "Max data size"), now("VmData:")),
         (soft_limit(&limits, "Max address space"), now("VmSize:")),
-        (group, now("VmRSS:")),
         (available, 0),
     ];
     let left = bounds.into_iter().filter_map(|(most, taken)| Some(most?.saturating_sub(taken)));
-    left.min().unwrap_or(u64::MAX)
+    left.chain(left_by_groups()).min().unwrap_or(u64::MAX)
+}
+
+/// Returns what the control group of the process leaves, and each that it is in.
+fn left_by_groups() -> Vec<u64> {
+    let groups = read("/proc/self/cgroup");
+    let own = groups.lines().find_map(|line| line.strip_prefix("0::/")).unwrap_or("");
+    let number = |folder: &Path, name: &str| read(folder.join(name)).trim().parse::<u64>().ok();
+    let left = |group: &Path| {
+        let folder = Path::new("/sys/fs/cgroup").join(group);
+        let most = number(&folder, "memory.max")?;
+        Some(most.saturating_sub(number(&folder, "memory.current")?))
+    };
+    Path::new(own).ancestors().filter_map(left).collect()
 }
 
 /// Returns the bound on the addresses of the process (`ulimit -v`), bytes; `None` where there is
@@ -87,9 +99,10 @@ pub fn read_to_end(path: &Path, reader: impl Read) -> Result<Vec<u8>> {
     let read = reader.take(most.saturating_add(1)).read_to_end(&mut bytes);
     read.map_err(|e| Error::io(path, "read", e))?;
     if bytes.len() as u64 > most || faults::strikes() {
-        let (path, most) = (path.display(), in_words(most as f64));
+        let (path, most) = (shown_path(path), in_words(most as f64));
         return Err(Error::Memory(format!(
-            "{path}: it does not end within {most}, a third of the memory that is free; take less"
+            "{path}: it does not end within {most}, a third of the memory that is free: take a \
+             smaller file, or free some"
         )));
     }
     Ok(bytes)
@@ -126,7 +139,7 @@ fn is_given(bytes: f64) -> bool {
     given
 }
 
-fn read(path: &str) -> String {
+fn read(path: impl AsRef<Path>) -> String {
     std::fs::read_to_string(path).unwrap_or_default()
 }
 

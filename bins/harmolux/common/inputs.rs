@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use harmolux::Result;
-use harmolux::fit::Source;
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat};
-use harmolux::io::input::Input;
+use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::io::points;
 use harmolux::mesh::{Mesh, Points, RepairReport};
@@ -17,7 +16,7 @@ pub(crate) struct MeshRead {
     pub(crate) mesh: Mesh,
     /// What was repaired, where that was asked for.
     pub(crate) repair: Option<RepairReport>,
-    pub(crate) source: Source,
+    pub(crate) files: FilesRead,
 }
 
 /// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
@@ -26,12 +25,17 @@ pub(crate) fn read_mesh(input: Input, habits: &MeshHabits) -> Result<MeshRead> {
     let (mesh, read) = meshes::read_input(input)?;
     let mesh = mesh.with_up(habits.up).scaled(habits.unit.metres())?;
     let (mesh, repair) = habits.repairs.apply(path, mesh)?;
-    Ok(MeshRead { mesh, repair, source: read.file.source() })
+    Ok(MeshRead { mesh, repair, files: read })
 }
 
-/// Names a file by its name and content.
-pub(crate) fn source(path: &Path) -> Result<Source> {
-    Ok(Input::open_file(path)?.finish()?.file.source())
+/// Says what a mesh or point file consists of, with the files that it names.
+pub(crate) fn files(path: &Path) -> Result<FilesRead> {
+    let input = Input::open_file(path)?;
+    match MeshFormat::of_extension(path) {
+        // Only its reader knows what it names.
+        Some(MeshFormat::Gltf) => Ok(meshes::read_input(input)?.1),
+        _ => input.finish(),
+    }
 }
 
 /// Whether a file holds points: its name says it, or its beginning where that is of no mesh.
@@ -45,10 +49,10 @@ pub(crate) fn holds_points(input: &mut Input) -> Result<bool> {
 }
 
 /// Reads a point file and turns it to metres, z up.
-pub(crate) fn read_points(input: Input, habits: &MeshHabits) -> Result<(Points, Source)> {
+pub(crate) fn read_points(input: Input, habits: &MeshHabits) -> Result<(Points, FilesRead)> {
     let (mut cloud, read) = points::read_input(input)?;
     cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * habits.up.to_z(*p));
-    Ok((cloud, read.file.source()))
+    Ok((cloud, read))
 }
 
 /// Returns the format of a coefficient file by its beginning; a mesh is none, whatever its

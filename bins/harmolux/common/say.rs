@@ -38,8 +38,8 @@ pub(crate) fn json(value: &Value) {
     raw(&value.to_string());
 }
 
-/// Prints what is not changed, JSON or a drawing in colours, on stdout. A reader that has gone away
-/// ends the run quietly; any other failure is told.
+/// Prints what is not changed, JSON or a drawing in colours, on stdout. That a reader has gone away
+/// is no failure; any other is told, and ends the run.
 pub(crate) fn raw(text: &str) {
     let mut out = std::io::stdout().lock();
     let done = out

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::math::require_measurable;
 use crate::mesh::Mesh;
-use crate::sh::{Coefficients, Series};
+use crate::sh::{Coefficients, Evaluator};
 use crate::{Error, Result, memory};
 
 pub use chord_error::ChordError;
@@ -129,7 +129,7 @@ pub fn tessellate(
     resolution.check(coefficients.mean())?;
     require_measurable("the mean radius", coefficients.mean().abs())?;
     ask_for(resolution.faces().unwrap_or(0))?;
-    let series = Series::new(coefficients)?;
+    let series = Evaluator::new(coefficients)?;
     let sphere = match resolution {
         Resolution::Icosphere { frequency } => icosphere::icosphere(frequency),
         Resolution::LatLong { bands, azimuths } => lat_long::lat_long(bands, azimuths),
@@ -150,7 +150,7 @@ fn ask_for(faces: usize) -> Result<()> {
 }
 
 /// Moves directions out to the surface.
-fn lift(series: &Series, directions: &[DVec3]) -> Result<Vec<DVec3>> {
+fn lift(series: &Evaluator, directions: &[DVec3]) -> Result<Vec<DVec3>> {
     let radii: Vec<f64> = directions.par_iter().map(|w| series.value(*w)).collect();
     if let Some(i) = radii.iter().position(|r| !(*r > 0.0 && r.is_finite())) {
         return Err(Error::Geometry(format!(
