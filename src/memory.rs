@@ -206,7 +206,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::fit::{FitSettings, Resolution, fit, tessellate};
+    use crate::fit::{Check, CheckSettings, FitSettings, Resolution, fit, tessellate};
+    use crate::mesh::{RepairSettings, repair};
     use crate::scene::Film;
     use crate::sh::{Coefficients, Grid, Transform};
     use crate::surface::{Intersector, MeshSurface, ShSurface};
@@ -237,6 +238,8 @@ mod tests {
             ("refined mesh", faults::in_turn(|| tessellate(&ball, DVec3::ZERO, finer))),
             ("rays at a mesh", faults::in_turn(|| MeshSurface::new(mesh.clone()))),
             ("rays at a shape", faults::in_turn(|| ShSurface::new(&ball, Intersector::default()))),
+            ("repair", faults::in_turn(|| repair(&mesh, &RepairSettings::default()))),
+            ("check", faults::in_turn(|| Check::of(&mesh, &CheckSettings::default()))),
             ("fit", faults::in_turn(|| fit(&mesh, &FitSettings::of_degree(4)))),
         ] {
             assert!(requests > 0, "{name}");

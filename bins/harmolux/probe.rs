@@ -151,6 +151,8 @@ fn report(
 fn read_stdin() -> Result<Vec<(glam::DVec3, glam::DVec3)>> {
     let path = Path::new("stdin");
     let bytes = memory::read_to_end(path, std::io::stdin())?;
+    // Rays, sensors and what is behind them are some twenty times as long.
+    memory::ask(20.0 * bytes.len() as f64, "what stdin asks for", |_| "take fewer lines".into())?;
     let text = String::from_utf8(bytes);
     let text = text.map_err(|_| InputError::new(path, "this is not text (UTF-8)"))?;
     rays::parse(path, &text)
