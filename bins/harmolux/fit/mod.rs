@@ -33,9 +33,9 @@ use crate::common::values::{point, tolerance};
 /// The extension chooses the format: .txt is text as pyshtools reads it (4pi normalisation, no
 /// Condon-Shortley phase), .hxc the compact form, see `convert`; metres, z up. Several meshes are
 /// fitted into a folder, with one table of all, fits.csv, which grows as they are done: a run that
-/// was ended goes on when it is started again; --force begins anew. Points (.xyz, .csv: x y z and perhaps a
-/// weight a line) are fitted by least squares, about the origin if it lies within their bounds,
-/// else about their mean.
+/// was ended goes on when it is started again; --force begins anew. Points (.xyz, .csv: x y z and
+/// perhaps a weight a line) are fitted by least squares, about the origin if it lies within their
+/// bounds, else about their mean.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux fit head.obj -l 32 -o head.txt
@@ -128,7 +128,7 @@ fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
     let whole = interrupt::writing();
     write(verb, &fitted, source, output)?;
     drop(whole);
-    meter.finish();
+    drop(meter);
     report::print(verb, &fitted, started.elapsed(), as_json);
     Ok(Code::Done)
 }
