@@ -79,7 +79,7 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
     let repaired = repaired.map(|(output, format)| output.write(&meshes::encode(&mesh, format)?));
     let bad = bad.map(|(output, _)| output.write(&coloured(&mesh, &found)?));
     let written = write_all(repaired.into_iter().chain(bad));
-    meter.finish();
+    drop(meter);
     if as_json {
         say::json(&value(&found, repair.as_ref(), verb));
     } else {
@@ -267,7 +267,9 @@ fn value(found: &Findings, repair: Option<&RepairReport>, verb: &Check) -> Value
         "crossings": found.crossings.as_ref().map(|c| json!({
             "pairs": c.pairs,
             "faces": c.faces,
-            "first": c.examples.first().map(|e| json!({ "faces": e.faces, "point": e.point.to_array() })),
+            "first": c.examples.first().map(|e| json!({
+                "faces": e.faces, "point": e.point.to_array()
+            })),
         })),
         "star": found.star.as_ref().map(star_value),
         "deficiencies": report.deficiencies(),
@@ -297,7 +299,10 @@ fn star_value(star: &StarCheck) -> Value {
             "unmet": folds.unmet,
             "error": folds.error,
             "patches": folds.patches.iter().map(|p| json!({
-                "faces": p.faces, "area": p.area, "solid_angle": p.solid_angle, "middle": p.middle.to_array()
+                "faces": p.faces,
+                "area": p.area,
+                "solid_angle": p.solid_angle,
+                "middle": p.middle.to_array(),
             })).collect::<Vec<_>>(),
         })),
     })

@@ -136,7 +136,9 @@ fn star_of(mesh: &Mesh, lines: &mut Lines) -> Value {
                 format!("{}, clearance {} m", point(best), say::significant(clearance, 4)),
             ));
             json!({
-                "origin_clearance": about.clearance, "best_centre": best.to_array(), "best_clearance": clearance
+                "origin_clearance": about.clearance,
+                "best_centre": best.to_array(),
+                "best_clearance": clearance,
             })
         }
         Err(_) => Value::Null,

@@ -31,7 +31,8 @@ use crate::common::surveys::{self, code, reached, settings};
 /// scene says how and when to stop.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  echo 2 0.25 1.6  0 1 0 | harmolux probe room.toml          what an eye at (2, 0.25, 1.6) sees towards +y
+  echo 2 0.25 1.6  0 1 0 | harmolux probe room.toml          what an eye at (2, 0.25, 1.6) sees \
+                                                             towards +y
   echo 1 1 0  0 0 1 | harmolux probe room.toml -I            lux on the floor at (1, 1)")]
 pub(crate) struct Probe {
     #[command(flatten)]
@@ -48,7 +49,7 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     file.sensors.clear();
     let meter = Meter::start("reading the scene");
     let loaded = load_scene(&file, None, &meter)?;
-    meter.finish();
+    drop(meter);
     let asked = read_stdin()?;
     if asked.is_empty() {
         say::note("no ray was read: stdin holds no line of x y z dx dy dz");
@@ -80,7 +81,7 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
         luminance(&loaded.scene, &rays, &settings, &watch)
     }
     .map_err(|e| about(&verb.common.scene, e))?;
-    meter.finish();
+    drop(meter);
     report(verb, &survey.results, &behind, as_json)?;
     surveys::tell(&survey);
     let counts: Vec<bool> = behind.iter().map(Option::is_none).collect();

@@ -93,7 +93,7 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let plots = plots.into_iter().map(|(format, o)| format.write(&figure, o, Stage::Complete));
     let written = write_all(plots);
     drop(whole);
-    meter.finish();
+    drop(meter);
     if as_json {
         say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {

@@ -61,8 +61,8 @@ impl Check {
     /// Examines a mesh.
     ///
     /// # Errors
-    /// [`Error::Geometry`] for a mesh of which no areas can be computed; [`Error::Numeric`] when the
-    /// search for the best centre fails, and as [`SelfIntersections::of`].
+    /// [`Error::Geometry`] for a mesh of which no areas can be computed; [`Error::Numeric`] when
+    /// the search for the best centre fails, and as [`SelfIntersections::of`].
     pub fn of(mesh: &Mesh, settings: &CheckSettings) -> Result<Self> {
         mesh.require_measurable()?;
         let faces = mesh.triangles().len();

@@ -51,7 +51,7 @@ impl<'a> Input<'a> {
     /// [`Error::Io`] when it cannot be read.
     pub fn open(path: &'a Path) -> Result<Self> {
         let refused = |e| Error::io(path, "read", e);
-        if what(fs::metadata(path).map_err(refused)?.file_type()) != PIPE {
+        if !is_pipe(fs::metadata(path).map_err(refused)?.file_type()) {
             return Self::open_file(path);
         }
         let pipe = File::open(path).map_err(refused)?;
@@ -59,7 +59,7 @@ impl<'a> Input<'a> {
         let length = bytes.len() as u64;
         if length > MOST_OF_PIPE {
             let error = InputError::new(path, "more than 1 GiB comes through this pipe");
-            return Err(error.help(TO_FILE).into());
+            return Err(error.help(HELP_FOR_PIPES).into());
         }
         Ok(Self::new(path, Box::new(Cursor::new(bytes)), length))
     }
@@ -78,7 +78,7 @@ impl<'a> Input<'a> {
         let refused = |e| Error::io(path, "read", e);
         let known = fs::metadata(path).map_err(refused)?;
         if !known.is_file() {
-            return Err(no_file(path, what(known.file_type())));
+            return Err(no_file(path, known.file_type()));
         }
         let file = File::open(path).map_err(refused)?;
         let length = file.metadata().map_err(refused)?.len().min(most);
@@ -167,31 +167,37 @@ impl BufRead for Input<'_> {
     }
 }
 
-const PIPE: &str = "pipe";
-const TO_FILE: &str = "write what comes through it to a file, and name that";
+/// How to go on where a pipe cannot be read.
+const HELP_FOR_PIPES: &str = "write what comes through it to a file, and name that";
 
-/// Names what a path leads to when it is no file.
-fn what(kind: FileType) -> &'static str {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::FileTypeExt;
-        if kind.is_fifo() {
-            return PIPE;
-        }
-        if kind.is_socket() {
-            return "socket";
-        }
-    }
-    if kind.is_dir() { "folder" } else { "device" }
+#[cfg(unix)]
+fn is_pipe(file_type: FileType) -> bool {
+    std::os::unix::fs::FileTypeExt::is_fifo(&file_type)
 }
 
-fn no_file(path: &Path, what: &str) -> Error {
-    let help = match what {
-        "folder" => "name a file in it",
-        PIPE => TO_FILE,
-        _ => "name a file",
-    };
-    InputError::new(path, format!("this is a {what}, not a file")).help(help).into()
+#[cfg(not(unix))]
+fn is_pipe(_: FileType) -> bool {
+    false
+}
+
+/// Names what a path leads to when it is no file, and how to go on.
+fn kind_of(file_type: FileType) -> (&'static str, &'static str) {
+    #[cfg(unix)]
+    if std::os::unix::fs::FileTypeExt::is_socket(&file_type) {
+        return ("socket", "name a file");
+    }
+    if is_pipe(file_type) {
+        ("pipe", HELP_FOR_PIPES)
+    } else if file_type.is_dir() {
+        ("folder", "name a file in it")
+    } else {
+        ("device", "name a file")
+    }
+}
+
+fn no_file(path: &Path, file_type: FileType) -> Error {
+    let (kind, help) = kind_of(file_type);
+    InputError::new(path, format!("this is a {kind}, not a file")).help(help).into()
 }
 
 /// Says what was read: a file, and the files that it names.

@@ -63,8 +63,8 @@ impl Least {
             format!(", and no more is certain than that it is above {bound:.3e}")
         };
         Err(Error::Geometry(format!(
-            "the radius must be positive in every direction, but is {value:.3e} at {}{more}; choose another centre, or \
-             lower the degree or filter the series if it rings",
+            "the radius must be positive in every direction, but is {value:.3e} at {}{more}; \
+             choose another centre, or lower the degree or filter the series if it rings",
             angles(direction)
         )))
     }

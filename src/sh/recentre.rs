@@ -100,8 +100,9 @@ fn require_star_shaped(f: &Coefficients, centre: DVec3) -> Result<()> {
     }
     let how = if least > 0.0 { "not certainly" } else { "not" };
     Err(Error::Geometry(format!(
-        "the shape is {how} star-shaped about ({}, {}, {}): from there its surface is seen edge-on or from behind at {} \
-         (from the old centre); choose a centre nearer to the old one, or the centroid, or lower the degree",
+        "the shape is {how} star-shaped about ({}, {}, {}): from there its surface is seen edge-on \
+         or from behind at {} (from the old centre); choose a centre nearer to the old one, or the \
+         centroid, or lower the degree",
         centre.x,
         centre.y,
         centre.z,

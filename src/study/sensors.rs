@@ -6,7 +6,7 @@ use super::built::Built;
 use super::grids;
 use super::on_surface::{self, Laid};
 use super::solids::{self, Solid};
-use super::stage::{Stage, StageObserver};
+use super::stage::{LoadingObserver, LoadingStage};
 use crate::error::shown;
 use crate::io::scene_file::{PointsSpec, SceneFile, SensorSpec, SurfaceLayout};
 use crate::scene::{PointLight, Scene, Sensor};
@@ -34,12 +34,12 @@ pub(super) fn sensors(
     file: &SceneFile,
     scene: &Scene,
     (built, solids): (&[Built], &[Solid]),
-    observer: StageObserver,
+    observer: LoadingObserver,
 ) -> Result<Vec<SensorGroup>> {
     file.sensors
         .iter()
         .map(|(name, spec)| {
-            observer(Stage::LayingOut(name));
+            observer(LoadingStage::LayingOut(name));
             let Laid { sensors, faces } = lay_out(file, scene, built, (name, spec))?;
             let own = match spec {
                 SensorSpec::Surface(surface) => Some(surface.place.object()),

@@ -53,7 +53,19 @@ const TEXTS: [(&str, &str); 9] = [
     ),
     (
         "gltf",
-        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"#,
+        concat!(
+            r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"#,
+            r#""nodes":[{"mesh":0}],"#,
+            r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"#,
+            "\n",
+            r#""buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,"#,
+            r#"AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],"#,
+            "\n",
+            r#""bufferViews":[{"buffer":0,"byteLength":36}],"#,
+            "\n",
+            r#""accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","#,
+            r#""min":[0,0,0],"max":[1,1,0]}]}"#,
+        ),
     ),
     ("points", "# a cloud\n1 0 0\n0,1,0\n0;0;1\n-1 0 0 2\n0 -1 0\n0 0 -1\n0.6 0.8 0\n"),
     ("csv", "degree,power_m2\n0,1.5\n1,0.25\n2,1e-3\n"),
@@ -65,11 +77,6 @@ const TEXTS: [(&str, &str); 9] = [
     ("probe", "# point, direction\n0 0 3  0 0 -1\n1,2,3,0.6,-0.8,0\n"),
     ("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0 # a corner\nvn 0 0 1\no part\nf 1//1 2//1 \\\n3//1\n"),
 ];
-
-const TRIANGLE: &str = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
-"bufferViews":[{"buffer":0,"byteLength":36}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}]}"#;
 
 /// Makes all seeds; `package` is the folder of the package.
 ///
@@ -89,8 +96,7 @@ pub(crate) fn all(package: &Path) -> Result<Vec<Seed>, Box<dyn std::error::Error
         seeds.push(("scene", name, fs::read(entry.path())?));
     }
     for (i, (target, text)) in TEXTS.iter().enumerate() {
-        let rest = if *target == "gltf" { TRIANGLE } else { "" };
-        seeds.push((target, format!("text-{i}"), [text.as_bytes(), rest.as_bytes()].concat()));
+        seeds.push((target, format!("text-{i}"), text.as_bytes().to_vec()));
     }
     shapes(&mut seeds)?;
     octahedra(&mut seeds)?;

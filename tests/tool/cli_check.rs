@@ -34,7 +34,8 @@ fn sound_mesh_ends_with_0_and_names_a_centre() {
         "oriented         yes, outwards",
         "1, Euler number 2, genus 0",
         "crossings        none",
-        "star-shaped      yes, about (0.5000, 0.5000, 0.5000) m, which every face clears by 0.5000 m",
+        "star-shaped      yes, about (0.5000, 0.5000, 0.5000) m, which every face clears by 0.5000 \
+         m",
         "from the origin  about (0, 0, 0) m, which lies 0 m behind face",
     ];
     assert_says(&out, &words);

@@ -10,6 +10,7 @@ use harmolux::error::{abridged, presented, shown_lines};
 use harmolux::sh::Convention;
 use serde_json::Value;
 
+use crate::common::exit::Code;
 use crate::common::{advice, progress};
 
 /// Prints an error.
@@ -49,7 +50,7 @@ pub(crate) fn raw(text: &str) {
     match done {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
             note(&format!("error: stdout: cannot write: {e}"));
-            std::process::exit(1);
+            std::process::exit(Code::Failed as i32);
         }
         _ => {}
     }

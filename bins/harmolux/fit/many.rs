@@ -63,7 +63,7 @@ fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
             Err(_) => ControlFlow::Break(()),
         },
     );
-    meter.finish();
+    drop(meter);
     let rows: Vec<Row> = results.into_iter().flatten().collect::<Result<_>>()?;
     for (row, warning) in rows.iter().filter_map(|row| Some((row, row.warning.as_ref()?))) {
         say::warning(&format!("{}: {warning}", row.name()));

@@ -32,9 +32,9 @@ use crate::common::values::{point, tolerance};
 /// The extension chooses the format: .txt is text as pyshtools reads it (4pi normalisation, no
 /// Condon-Shortley phase), .hxc the compact form, see `convert`; metres, z up. Several meshes are
 /// fitted into a folder, with one table of all, fits.csv, which grows as they are done: a run that
-/// was ended goes on when it is started again; --force begins anew. Points (.xyz, .csv: x y z and perhaps a
-/// weight a line) are fitted by least squares, about the origin if it lies within their bounds,
-/// else about their mean.
+/// was ended goes on when it is started again; --force begins anew. Points (.xyz, .csv: x y z and
+/// perhaps a weight a line) are fitted by least squares, about the origin if it lies within their
+/// bounds, else about their mean.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux fit head.obj -l 32 -o head.txt
@@ -125,7 +125,7 @@ fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
     let meter = Meter::start(&format!("fitting {}", shown_path(mesh)));
     let (fitted, files) = fit_file(verb, mesh)?;
     write(verb, &fitted, files.file.source(), output)?;
-    meter.finish();
+    drop(meter);
     report::print(verb, &fitted, started.elapsed(), as_json);
     Ok(Code::Done)
 }

@@ -125,8 +125,8 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
              expand about that centre"
         ),
         (centre, clearance) => format!(
-            "no centre sees all of it; the best, {centre:.6}, lies {:.3e} m behind a face: fit the outer envelope \
-             about it, or remove the folds",
+            "no centre sees all of it; the best, {centre:.6}, lies {:.3e} m behind a face: fit the \
+             outer envelope about it, or remove the folds",
             -clearance
         ),
     };
@@ -136,9 +136,9 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
 /// Says what is wrong about a point.
 fn sentence(report: &StarReport) -> String {
     format!(
-        "the mesh is not star-shaped about {:.6}: {} faces with {:.3} % of the area and at most {:.3} % of the \
-         directions turn away from it, the worst is face {} (from 0) at {:.6}, whose plane has the point {:.3e} m \
-         on its outer side",
+        "the mesh is not star-shaped about {:.6}: {} faces with {:.3} % of the area and at most \
+         {:.3} % of the directions turn away from it, the worst is face {} (from 0) at {:.6}, \
+         whose plane has the point {:.3e} m on its outer side",
         report.about,
         report.turned_faces,
         100.0 * report.turned_area,

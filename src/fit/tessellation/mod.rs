@@ -154,8 +154,9 @@ fn lift(series: &Evaluator, directions: &[DVec3]) -> Result<Vec<DVec3>> {
     let radii: Vec<f64> = directions.par_iter().map(|w| series.value(*w)).collect();
     if let Some(i) = radii.iter().position(|r| !(*r > 0.0 && r.is_finite())) {
         return Err(Error::Geometry(format!(
-            "the radius towards {:.3} is {:.3e} (mean radius {:.3e}), but a surface needs a positive one everywhere; choose another centre, or lower the \
-             degree or filter the series if it rings",
+            "the radius towards {:.3} is {:.3e} (mean radius {:.3e}), but a surface needs a \
+             positive one everywhere; choose another centre, or lower the degree or filter the \
+             series if it rings",
             directions[i],
             radii[i],
             series.coefficients().mean()

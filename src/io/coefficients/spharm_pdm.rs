@@ -64,9 +64,9 @@ fn factor(l: usize) -> f64 {
 /// Reads a set, and finds its radius and centre. Memory is bound by the size of the text.
 ///
 /// # Errors
-/// [`Error::Input`]: not UTF-8, braces or numbers that are missing or too many, a number that is not
-/// finite, a number of triples that is no square or not the announced one, a set that is no radial
-/// shape (with its residual).
+/// [`Error::Input`]: not UTF-8, braces or numbers that are missing or too many, a number that is
+/// not finite, a number of triples that is no square or not the announced one, a set that is no
+/// radial shape (with its residual).
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let format = SeriesFormat::SpharmPdm;
     agreed(path, "a SPHARM-PDM file is always", format.convention(), options.convention)?;

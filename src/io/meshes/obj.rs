@@ -223,10 +223,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const CUBE: &str = "# a cube of two objects\nmtllib none.mtl\no lower\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n\
-        v 0 0 1 0.5 0.5 0.5\nv 1 0 1\nv 1 1 1\nv 0 1 1\nvt 0 0\nvn 0 0 1\nusemtl red\nf 4/1/1 3/1/1 2/1/1 1/1/1\n\
-        f 1 2 6 5 # a side\nf 2//1 3//1 7//1 6//1\no upper\ng top\nf -1 -5 -8 -4\nf 3 4 8 7\r\ns off\nl 1 2 3\np 1\n\
-        usemtl blue\nf 5/1 6/1 7/1 8/1\n";
+    const CUBE: &str = "# a cube of two objects\nmtllib none.mtl\no lower\nv 0 0 0\nv 1 0 0\n\
+                        v 1 1 0\nv 0 1 0\nv 0 0 1 0.5 0.5 0.5\nv 1 0 1\nv 1 1 1\nv 0 1 1\nvt 0 0\n\
+                        vn 0 0 1\nusemtl red\nf 4/1/1 3/1/1 2/1/1 1/1/1\nf 1 2 6 5 # a side\n\
+                        f 2//1 3//1 7//1 6//1\no upper\ng top\nf -1 -5 -8 -4\nf 3 4 8 7\r\ns off\n\
+                        l 1 2 3\np 1\nusemtl blue\nf 5/1 6/1 7/1 8/1\n";
 
     fn read(text: &str) -> Result<Mesh> {
         parse(&mut Source::of_bytes(Path::new("test.obj"), text.as_bytes()))
@@ -327,11 +328,18 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { rng_seed: prop::test_runner::RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig {
+            rng_seed: prop::test_runner::RngSeed::Fixed(1),
+            failure_persistence: None,
+            ..ProptestConfig::default()
+        })]
 
         #[test]
         fn no_bytes_make_it_panic(
-            changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4_u8), 0..12)
+            changes in prop::collection::vec(
+                (any::<prop::sample::Index>(), any::<u8>(), 0..4_u8),
+                0..12,
+            )
         ) {
             let mut bytes = CUBE.as_bytes().to_vec();
             let telling = b" -/.0199eE#\n\\vfnlinf\xff";

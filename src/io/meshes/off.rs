@@ -164,8 +164,9 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    const PYRAMID: &str = "OFF # a pyramid\n# of five vertices\n5 5 8\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n\n0.5 0.5 1\n\
-        4 3 2 1 0\n3 0 1 4 255 0 0\n3 1 2 4\n3 2 3 4 # the last but one\n3 3 0 4\n";
+    const PYRAMID: &str = "OFF # a pyramid\n# of five vertices\n5 5 8\n0 0 0\n1 0 0\n1 1 0\n\
+                           0 1 0\n\n0.5 0.5 1\n4 3 2 1 0\n3 0 1 4 255 0 0\n3 1 2 4\n\
+                           3 2 3 4 # the last but one\n3 3 0 4\n";
 
     fn read(text: &str) -> Result<Mesh> {
         parse(&mut Source::of_bytes(Path::new("test.off"), text.as_bytes()))

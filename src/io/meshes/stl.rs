@@ -207,8 +207,9 @@ mod tests {
         read(bytes).unwrap_err().to_string()
     }
 
-    const TRIANGLE: &str = "solid a b\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   VERTEX 1 0 -0\n   vertex 0 1e0 0\n\
-        endloop\nendfacet\nendsolid a b\n";
+    const TRIANGLE: &str = "solid a b\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   \
+                            VERTEX 1 0 -0\n   vertex 0 1e0 0\n\
+                            endloop\nendfacet\nendsolid a b\n";
 
     #[test]
     fn files_without_facets_say_so() {

@@ -115,7 +115,8 @@ fn fans_triangles_and_quantised_positions_are_read() {
     let bytes = [0, 0, 0, 9, 255, 0, 0, 9, 255, 255, 0, 9, 0, 255, 0, 0, 1, 2, 3];
     document["buffers"] = json!([{ "byteLength": bytes.len() }]);
     document["bufferViews"] = json!([
-        { "buffer": 0, "byteLength": 15, "byteStride": 4 }, { "buffer": 0, "byteOffset": 15, "byteLength": 4 }
+        { "buffer": 0, "byteLength": 15, "byteStride": 4 },
+        { "buffer": 0, "byteOffset": 15, "byteLength": 4 }
     ]);
     document["accessors"] = json!([
         { "bufferView": 0, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC3" },

@@ -7,11 +7,13 @@ use crate::io::meshes::{MeshColours, MeshFormat, encode, encode_ply};
 use crate::mesh::shapes;
 
 /// A pyramid over a square, with things that a mesh has no use for.
-const PYRAMID: &str = "ply\nformat ascii 1.0\ncomment by hand\nobj_info nothing\nelement camera 1\nproperty float focus\n\
-    property list uchar int lens\nelement vertex 5\nproperty uchar red\nproperty float z\nproperty float x\nproperty double y\n\
-    property list uchar float weights\nelement nothing 4000000000\nelement face 5\nproperty list uchar int vertex_indices\n\
-    property uchar red\nend_header\n0.5 2 3 4\n9 0 0 0 0\n9 0 1 0 1 0.5\n9 0 1 1 0\n\n9 0 0 1 0\n9 1 0.5 0.5 0\n4 3 2 1 0 7\n\
-    3 0 1 4 7\n3 1 2 4 7\n3 2 3 4 7\n3 3 0 4 7\n";
+const PYRAMID: &str = "ply\nformat ascii 1.0\ncomment by hand\nobj_info nothing\nelement camera 1\n\
+                       property float focus\nproperty list uchar int lens\nelement vertex 5\n\
+                       property uchar red\nproperty float z\nproperty float x\nproperty double y\n\
+                       property list uchar float weights\nelement nothing 4000000000\n\
+                       element face 5\nproperty list uchar int vertex_indices\nproperty uchar red\n\
+                       end_header\n0.5 2 3 4\n9 0 0 0 0\n9 0 1 0 1 0.5\n9 0 1 1 0\n\n9 0 0 1 0\n\
+                       9 1 0.5 0.5 0\n4 3 2 1 0 7\n3 0 1 4 7\n3 1 2 4 7\n3 2 3 4 7\n3 3 0 4 7\n";
 
 fn read(bytes: &[u8]) -> Result<Mesh> {
     parse(&mut Source::of_bytes(Path::new("test.ply"), bytes))
@@ -24,8 +26,9 @@ fn error_of(bytes: &[u8]) -> String {
 /// Writes the same pyramid in binary, with these two ways to write numbers.
 fn binary(format: &str, int: impl Fn(i32) -> [u8; 4], double: impl Fn(f64) -> [u8; 8]) -> Vec<u8> {
     let mut bytes = format!(
-        "ply\r\nformat {format} 1.0\r\nelement vertex 5\r\nproperty double x\r\nproperty double y\r\nproperty double z\r\n\
-         property uchar red\r\nelement face 5\r\nproperty list int int vertex_index\r\nend_header\r\n"
+        "ply\r\nformat {format} 1.0\r\nelement vertex 5\r\nproperty double x\r\n\
+         property double y\r\nproperty double z\r\nproperty uchar red\r\nelement face 5\r\n\
+         property list int int vertex_index\r\nend_header\r\n"
     )
     .into_bytes();
     for [x, y, z] in [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.], [0.5, 0.5, 1.0]] {
@@ -48,8 +51,9 @@ fn empty_files_say_what_is_missing() {
     assert!(error_of(b"").starts_with("test.ply: this is no PLY file"));
     assert!(error_of(b"ply\n").starts_with("test.ply: the header does not end"));
     assert!(error_of(b"ply\nformat ascii 1.0\nend_header\n").contains("no element vertex"));
-    let bare = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n\
-        element face 0\nproperty list uchar int vertex_indices\nend_header\n";
+    let bare = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n\
+                property float z\nelement face 0\nproperty list uchar int vertex_indices\n\
+                end_header\n";
     assert!(error_of(bare.as_bytes()).starts_with("test.ply: no vertices and no faces"));
 }
 
