@@ -165,6 +165,18 @@ fn run_goes_on_only_with_the_buffers_it_began_with() {
 }
 
 #[test]
+fn row_of_a_mesh_is_of_its_buffers_too() {
+    let desk = Desk::of(&["fit", "m.gltf", "-l", "1", "-o", "out"])
+        .with("m.gltf", gltf(60))
+        .with("m.bin", buffer(0.5));
+    desk.done(["--centre", "0.1,0.1,0.1"]);
+    desk.done(["--centre", "0.1,0.1,0.1"]);
+    desk.put("m.bin", buffer(0.75));
+    let difference = ["the row of m.gltf is of another run"];
+    desk.refused(["--centre", "0.1,0.1,0.1"], &difference);
+}
+
+#[test]
 fn names_and_words_of_files_do_not_steer_the_terminal() {
     let evil = format!(r#""x\u001b[2J\nerror: all is lost\u202e{}""#, "y".repeat(300));
     let room = room().replace("objects.ball", &format!("objects.{evil}"));

@@ -232,6 +232,24 @@ fn checkpoints_of_other_runs_are_refused_with_the_difference() {
 }
 
 #[test]
+fn state_of_a_run_is_replaced_only_by_its_own_or_by_force() {
+    let desk = desk();
+    for (name, seed) in [("a.checkpoint", "1"), ("b.checkpoint", "2")] {
+        desk.done(["-o", "p.exr", "-D", SHORT, "--checkpoint", name, "--seed", seed, "--force"]);
+    }
+    let other = desk.bytes("b.checkpoint");
+    let words = ["--resume=a.checkpoint", "--checkpoint=b.checkpoint", "--seed=1", "-o", "q.exr"];
+    desk.refused(words, &["b.checkpoint is of a run that was interrupted", "--force"]);
+    assert!(desk.bytes("b.checkpoint") == other);
+    // What a run without a result would replace stays.
+    let none = ["-o", "b.exr", "--force", "-D", "render.stop={ time = 1e-9 }"];
+    desk.ends(4, none);
+    assert!(desk.bytes("b.checkpoint") == other);
+    desk.done([&words[..], &["--force"]].concat());
+    assert!(desk.bytes("b.checkpoint") != other);
+}
+
+#[test]
 fn what_cannot_be_written_or_held_is_refused_before_the_run() {
     let desk = desk();
     desk.refused(["--checkpoint", "a.state"], &["a.state: a checkpoint needs the extension"]);

@@ -136,6 +136,26 @@ fn fits_that_were_killed_in_a_row_or_lost_a_file_are_made_again() {
 }
 
 #[test]
+fn table_that_cannot_be_read_stays_as_it_is() {
+    let desk = Desk::of(&["fit", "a.obj", "-l", "2", "-o", "out"]).with("a.obj", cube(1.0));
+    desk.done("");
+    let whole = desk.text("out/fits.csv");
+    for more in ["mine,2\n", "a.obj\n,,\n"] {
+        desk.put("out/fits.csv", format!("{whole}{more}"));
+        let words = ["out/fits.csv:3: this is no row of 19 columns", "--force"];
+        desk.refused("", &words);
+        assert_eq!(desk.text("out/fits.csv"), format!("{whole}{more}"));
+    }
+    // A row without its end is no row yet; when the run fails it stays all the same.
+    let header = whole.lines().next().expect("a header");
+    let cut = format!("{header}\nmine,2");
+    desk.put("out/fits.csv", &cut);
+    desk.refused("--centre nowhere", &[]);
+    desk.refused("", &["out/a.txt: this file is there already"]);
+    assert_eq!(desk.text("out/fits.csv"), cut);
+}
+
+#[test]
 fn sweep_goes_on_from_its_table() {
     let desk = Desk::of(&["sweep", "a.obj", "-o", "out"]).with("a.obj", cube(1.0));
     desk.done("-l 1,2");
@@ -151,6 +171,10 @@ fn sweep_goes_on_from_its_table() {
     assert_eq!((now.len(), now[1]), (4, rows[1]), "the first was timed again: {again}");
     assert!(now[2].starts_with("series,2,") && now[3].starts_with("mesh,"), "{again}");
     assert!(desk.path("out/a-2.txt").exists() && desk.path("out/sweep.png").exists());
+    // More degrees, and the figure anew.
+    let figure = desk.bytes("out/sweep.svg");
+    desk.done("-l 1,2,3");
+    assert!(desk.bytes("out/sweep.svg") != figure);
     desk.put("a.obj", cube(2.0));
     desk.refused("-l 1", &["out/sweep.csv: the row of series 1 is of another run"]);
 }
