@@ -150,7 +150,6 @@ fn table_that_cannot_be_read_stays_as_it_is() {
     let header = whole.lines().next().expect("a header");
     let cut = format!("{header}\nmine,2");
     desk.put("out/fits.csv", &cut);
-    desk.refused("--centre nowhere", &[]);
     desk.refused("", &["out/a.txt: this file is there already"]);
     assert_eq!(desk.text("out/fits.csv"), cut);
 }
