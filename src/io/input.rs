@@ -33,6 +33,7 @@ pub struct Input<'a> {
     /// The file itself, where what is read was unpacked from it.
     packed: Option<FileRead>,
     beside: Vec<FileRead>,
+    remarks: Vec<String>,
 }
 
 /// Keeps length and fingerprint of what goes through.
@@ -103,7 +104,7 @@ impl<'a> Input<'a> {
     fn new(path: &'a Path, from: Box<dyn Read + 'a>, length: u64) -> Self {
         let hashed = Hashed { from, length: 0, hash: SourceHash::of(&[]) };
         let reader = BufReader::with_capacity(BUFFER, hashed);
-        Self { path, reader, length, packed: None, beside: Vec::new() }
+        Self { path, reader, length, packed: None, beside: Vec::new(), remarks: Vec::new() }
     }
 
     /// Reads what a file packed by gzip holds in its place.
@@ -165,6 +166,11 @@ impl<'a> Input<'a> {
         Ok(bytes)
     }
 
+    /// Remembers something that the file's user should hear of.
+    pub(in crate::io) fn remark(&mut self, text: String) {
+        self.remarks.push(text);
+    }
+
     /// Reads what is left, and says what was read.
     ///
     /// # Errors
@@ -174,7 +180,8 @@ impl<'a> Input<'a> {
         io::copy(&mut self.reader, &mut io::sink()).map_err(refused)?;
         let Hashed { length, hash, .. } = self.reader.into_inner();
         let file = FileRead { path: self.path.to_owned(), length, hash };
-        Ok(FilesRead { file: self.packed.unwrap_or(file), beside: self.beside })
+        let file = self.packed.unwrap_or(file);
+        Ok(FilesRead { file, beside: self.beside, remarks: self.remarks })
     }
 }
 
@@ -247,6 +254,8 @@ pub struct FilesRead {
     pub file: FileRead,
     /// The files that it names, as the buffers of a glTF file.
     pub beside: Vec<FileRead>,
+    /// What was passed over though it looks as if it were meant, a sentence each.
+    pub remarks: Vec<String>,
 }
 
 /// Says what was read of a file. Displayed as `120 bytes, fnv1a64:85944171f73967e8`.
