@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
-use crate::common::inputs::series_format;
+use crate::common::inputs::{read_bare_mesh, series_format};
 use crate::common::say::{self, point};
 
 /// Say what a mesh or coefficient file holds
@@ -144,7 +144,7 @@ fn star_of(mesh: &Mesh, lines: &mut Lines) -> Value {
 }
 
 fn mesh(input: Input) -> Result<(Lines, Value)> {
-    let mesh = meshes::read_input(input)?.0;
+    let mesh = read_bare_mesh(input)?.0;
     let report = MeshReport::of(&mesh);
     let size = [mesh.positions().len(), mesh.triangles().len()];
     let bounds = mesh.bounds();

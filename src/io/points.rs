@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::io::input::{FilesRead, Input};
+use crate::io::{coefficients, meshes};
 use crate::mesh::Points;
 use crate::{Error, Result, memory};
 
@@ -20,8 +21,14 @@ pub fn is_points(path: &Path) -> bool {
 }
 
 /// Whether a file that begins so holds points: its first line with more than a comment is a point,
-/// or names the columns x, y and z.
+/// or names the columns x, y and z, and nothing says that it is a mesh or coefficients.
 pub fn recognise(head: &[u8]) -> bool {
+    let length = head.len() as u64;
+    if meshes::recognise(head, length).is_some()
+        || coefficients::recognise_content(head, length).is_some()
+    {
+        return false;
+    }
     let path = Path::new("");
     let mut lines = head.split(|b| *b == b'\n').map(|bytes| Line::new(path, 1, bytes));
     let first = lines.find(|line| line.as_ref().map_or(true, |line| !line.fields.is_empty()));

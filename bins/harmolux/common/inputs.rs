@@ -5,12 +5,13 @@ use std::path::Path;
 use harmolux::Result;
 use harmolux::fit::Source;
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat};
-use harmolux::io::input::Input;
+use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::io::points;
 use harmolux::mesh::{Mesh, Points, RepairReport};
 
 use crate::common::flags::MeshHabits;
+use crate::common::say;
 
 /// A mesh from a file.
 pub(crate) struct MeshRead {
@@ -23,10 +24,20 @@ pub(crate) struct MeshRead {
 /// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
 pub(crate) fn read_mesh(input: Input, habits: &MeshHabits) -> Result<MeshRead> {
     let path = input.path();
-    let (mesh, read) = meshes::read_input(input)?;
+    let (mesh, read) = read_bare_mesh(input)?;
     let mesh = mesh.with_up(habits.up).scaled(habits.unit.metres())?;
     let (mesh, repair) = habits.repairs.apply(path, mesh)?;
     Ok(MeshRead { mesh, repair, source: read.file.source() })
+}
+
+/// Reads a mesh as it stands in its file, and says what was passed over.
+pub(crate) fn read_bare_mesh(input: Input) -> Result<(Mesh, FilesRead)> {
+    let path = input.path();
+    let (mesh, read) = meshes::read_input(input)?;
+    for remark in &read.remarks {
+        say::note(&format!("{}: {remark}", path.display()));
+    }
+    Ok((mesh, read))
 }
 
 /// Names a file by its name and content.
@@ -36,7 +47,7 @@ pub(crate) fn source(path: &Path) -> Result<Source> {
 
 /// Whether a file holds points: its name says it, or its beginning where that is of no mesh.
 pub(crate) fn holds_points(input: &mut Input) -> Result<bool> {
-    let (path, length) = (input.path(), input.length());
+    let (path, length) = (input.name(), input.length());
     if points::is_points(path) || MeshFormat::of_extension(path).is_some() {
         return Ok(points::is_points(path));
     }
@@ -57,7 +68,7 @@ pub(crate) fn series_format(
     input: &mut Input,
     options: &ReadOptions,
 ) -> Result<Option<SeriesFormat>> {
-    let (path, length) = (input.path(), input.length());
+    let (path, length) = (input.name(), input.length());
     let head = input.ahead()?;
     let told = options.format.or_else(|| coefficients::recognise_content(head, length));
     let is_mesh = || meshes::recognise(head, length).is_some();
