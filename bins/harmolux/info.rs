@@ -12,7 +12,6 @@ use harmolux::fit::{mesh_bytes, series_bytes};
 use harmolux::io::coefficients;
 use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
 use harmolux::io::input::Input;
-use harmolux::io::meshes;
 use harmolux::mesh::{Mesh, MeshReport};
 use harmolux::sh::{Convention, least, positions, range, volume};
 use serde_json::{Value, json};

@@ -5,6 +5,7 @@
 //! exactly once each way. Time is linear in the size of the mesh; beside the mesh there is never
 //! more than another two thirds of its memory.
 
+use crate::error::Advice;
 use crate::mesh::Mesh;
 use crate::mesh::boundary::{BoundaryLoop, for_each_loop};
 use crate::mesh::edges::{BadEdge, EdgeFault, for_each_edge, for_each_group};
@@ -133,13 +134,26 @@ impl MeshReport {
     /// outwards.
     ///
     /// # Errors
-    /// [`Error::Geometry`] with the sentences about whatever is missing.
+    /// [`Error::Geometry`] with the sentences about whatever is missing, and what a repair can do
+    /// about it.
     pub fn require_closed(&self) -> Result<()> {
         let faults = self.surface_faults();
         if faults.is_empty() {
             return Ok(());
         }
-        Err(Error::Geometry(format!("the mesh does not enclose a volume: {}", faults.join("; "))))
+        let sentence = format!("the mesh does not enclose a volume: {}", faults.join("; "));
+        let error = Error::Geometry(sentence);
+        Err(match self.advice() {
+            Some(advice) => error.advise(advice),
+            None => error,
+        })
+    }
+
+    /// Returns the repair that may make the mesh enclose a volume, where one may.
+    pub fn advice(&self) -> Option<Advice> {
+        let is_mended = self.boundary + self.non_manifold + self.inconsistent > 0;
+        let rim = self.longest_loop.as_ref().map(|rim| rim.edges);
+        (is_mended || self.is_inside_out()).then_some(Advice::Repair(rim))
     }
 
     /// Returns the deficiencies that keep a mesh from enclosing a volume.

@@ -59,7 +59,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Shape> {
 pub fn read_input(mut input: Input, options: &ReadOptions) -> Result<(Shape, FilesRead)> {
     let (path, name, bytes) = (input.path(), input.name(), input.rest()?);
     let format = options.format.or_else(|| recognise(name, &bytes));
-    let shape = parse(path, &bytes, &ReadOptions { format, ..options.clone() })?;
+    let shape = parse(path, &bytes, &ReadOptions { format, ..*options })?;
     Ok((shape, input.finish()?))
 }
 
