@@ -141,7 +141,8 @@ fn lines(found: &Findings, verb: &Check) -> Lines {
 /// Returns what may make the mesh one that can be fitted.
 fn advice(found: &Findings) -> Option<Advice> {
     let is_star_shaped = found.star.as_ref().is_some_and(|s| s.judged.is_star_shaped());
-    let pieces = (found.report.components > 1 && !is_star_shaped).then_some(Advice::KeepLargestPiece);
+    let pieces =
+        (found.report.components > 1 && !is_star_shaped).then_some(Advice::KeepLargestPiece);
     found.report.advice().or(pieces)
 }
 

@@ -363,7 +363,10 @@ mod tests {
             assert_eq!((input.length(), input.name()), (200_000, Path::new("a.obj")));
             assert_eq!((input.path(), input.rest().expect("all")), (&*path, content.clone()));
             let read = input.finish().expect("read").file;
-            assert_eq!(read.to_string(), format!("{} bytes, {}", file.len(), SourceHash::of(&file)));
+            assert_eq!(
+                read.to_string(),
+                format!("{} bytes, {}", file.len(), SourceHash::of(&file))
+            );
         }
         // What is beside another file is read as it is, and a name alone packs nothing.
         let mut other = Input::of_bytes(Path::new("b.obj.gz"), b"");

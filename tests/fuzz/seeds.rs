@@ -89,7 +89,10 @@ const TEXTS: [(&str, &str); 16] = [
         "obj",
         "\u{feff}v 0 0 0\rv 4 0 0\rv 4 4 0\rv 2 1 \\ \r0\rv 0 4 0\rf 2 3 4 5 1\rf 1 2\r# a \\\r",
     ),
-    ("mesh_to_fit", "OFF 4 4 6\n1 1 1\n1 -1 -1\n-1 1 -1\n-1 -1 1\n3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n"),
+    (
+        "mesh_to_fit",
+        "OFF 4 4 6\n1 1 1\n1 -1 -1\n-1 1 -1\n-1 -1 1\n3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n",
+    ),
     ("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0 # a corner\nvn 0 0 1\no part\nf 1//1 2//1 \\\n3//1\n"),
 ];
 

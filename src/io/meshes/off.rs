@@ -270,8 +270,7 @@ impl<'r, 'a> Reader<'r, 'a> {
                 return Err(self.source.fault_at(line, message, CUT_SHORT));
             };
             let vertex = number::<u64>(self.text(word.clone())).filter(|&v| v < vertices);
-            let vertex =
-                vertex.ok_or_else(|| stray(self.source, self.text(word), vertices))?;
+            let vertex = vertex.ok_or_else(|| stray(self.source, self.text(word), vertices))?;
             corners.push(vertex as u32);
         }
         Ok(true)

@@ -88,7 +88,8 @@ impl<'a> Ring<'a> {
         while self.left > 3 {
             self.pay(1)?;
             let turn = self.turn(corner);
-            let is_ear = if takes_flat { turn == 0.0 } else { turn > 0.0 && self.is_free(corner)? };
+            let is_ear =
+                if takes_flat { turn == 0.0 } else { turn > 0.0 && self.is_free(corner)? };
             if is_ear {
                 ears.push(self.ear(corner));
                 corner = self.clip(corner);

@@ -168,9 +168,8 @@ const STATEMENTS: &str = "a facet is `facet normal 0 0 1`, `outer loop`, three o
 
 /// Whether a word begins a statement within a solid. Programs write `end loop` as well.
 fn is_keyword(word: &[u8]) -> bool {
-    let keywords: [&[u8]; 8] = [
-        b"facet", b"outer", b"vertex", b"endloop", b"endfacet", b"endsolid", b"end", b"loop",
-    ];
+    let keywords: [&[u8]; 8] =
+        [b"facet", b"outer", b"vertex", b"endloop", b"endfacet", b"endsolid", b"end", b"loop"];
     keywords.iter().any(|k| word.eq_ignore_ascii_case(k))
 }
 

@@ -118,7 +118,8 @@ impl<'a, 's> Assembly<'a, 's> {
 
     /// Replaces indices by the vertices they name.
     fn named(&self, accessor: usize, vertices: &[u32]) -> Result<Vec<u32>> {
-        let mut corners = self.buffers.indices(self.source, self.document, accessor, self.room / 4)?;
+        let mut corners =
+            self.buffers.indices(self.source, self.document, accessor, self.room / 4)?;
         for corner in &mut corners {
             *corner = *vertices.get(*corner as usize).ok_or_else(|| {
                 let message = format!(

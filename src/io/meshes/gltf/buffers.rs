@@ -174,13 +174,11 @@ impl<'s> Accessed<'s> {
         let view = item(self.source, &self.document.buffer_views, view, "buffer view")?;
         item(self.source, &self.document.buffers, view.buffer, "buffer")?;
         let stride = view.byte_stride.unwrap_or(size);
-        let needed = count
-            .checked_sub(1)
-            .map_or(Some(0), |n| n.checked_mul(stride)?.checked_add(size));
+        let needed =
+            count.checked_sub(1).map_or(Some(0), |n| n.checked_mul(stride)?.checked_add(size));
         let end = view.byte_offset.checked_add(view.byte_length);
         let bytes = end.and_then(|end| self.buffers.bytes(view.buffer).get(view.byte_offset..end));
-        let bytes =
-            bytes.and_then(|b| b.get(offset..)).zip(needed).and_then(|(b, n)| b.get(..n));
+        let bytes = bytes.and_then(|b| b.get(offset..)).zip(needed).and_then(|(b, n)| b.get(..n));
         match bytes {
             Some(bytes) if stride >= size => Ok(bytes.chunks(stride).map(move |b| &b[..size])),
             Some(_) => Err(self.broken("has items that overlap")),

@@ -216,7 +216,8 @@ fn chunks_of_unknown_kinds_are_passed_over() {
     ] {
         assert_eq!(read(&file(&chunks)).expect("readable"), embedded);
     }
-    for chunks in [vec![json.clone(), other.clone()], vec![other, json.clone()], vec![json, vec![9]]]
+    for chunks in
+        [vec![json.clone(), other.clone()], vec![other, json.clone()], vec![json, vec![9]]]
     {
         assert!(read(&file(&chunks)).is_err());
     }
