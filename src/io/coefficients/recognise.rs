@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{SeriesFormat, aics_csv, binary, bshc, compact, dov, shadr, spharm_pdm};
-use crate::io::{meshes, npy};
+use crate::io::{meshes, npy, points};
 
 /// How much of a text is looked at, bytes.
 const HEAD: usize = 4096;
@@ -57,6 +57,8 @@ fn text(bytes: &[u8]) -> Option<SeriesFormat> {
         Some(SeriesFormat::SpharmPdm)
     } else if aics_csv::is_aics(head) {
         Some(SeriesFormat::Aics)
+    } else if points::names_columns(bytes) {
+        None
     } else if shadr::is_shadr(head) {
         Some(SeriesFormat::Shadr)
     } else if dov::is_dov(head) {
@@ -66,12 +68,17 @@ fn text(bytes: &[u8]) -> Option<SeriesFormat> {
     }
 }
 
-/// Returns a coefficient text by our title, or by its rows `0, 0, C`, `1, 0, C` and `1, 1, C`.
+/// Returns a coefficient text by our title, or by its rows `0, 0, C`, `1, 0, C` and, if there is
+/// one more, `1, 1, C`.
 fn is_text(head: &str) -> bool {
     use super::rows::{begins, lines};
     let mut rows = lines(head).skip(super::shtools_text::header_lines(head));
-    let mut starts = |place: [&str; 2]| rows.next().is_some_and(|(line, _)| begins(line, place));
-    super::annotated::is_ours(head) || PLACES[..3].iter().all(|place| starts(*place))
+    let mut starts = |place| rows.next().is_some_and(|(line, _)| begins(line, place));
+    let [first, second, third, _] = PLACES;
+    super::annotated::is_ours(head)
+        || starts(first)
+            && starts(second)
+            && rows.next().is_none_or(|(line, _)| begins(line, third))
 }
 
 #[cfg(test)]

@@ -309,7 +309,7 @@ mod tests {
         assert_eq!(read(text).expect("readable").triangles(), [[0, 1, 2]]);
         assert!(error_of(&format!("{text}f 1 2 x\n")).starts_with("test.obj:8: `x`"));
         // Blanks may follow it, and a comment is not continued: `# C:\\models\\`.
-        for text in [text.replace("\\", "\\ \t"), format!("# a\\b\\\n{text}")] {
+        for text in [text.replace('\\', "\\ \t"), format!("# a\\b\\\n{text}")] {
             assert_eq!(read(&text).expect("readable").triangles(), [[0, 1, 2]], "{text}");
         }
         assert!(error_of("v 0 0 0 \\").starts_with("test.obj: no faces"));

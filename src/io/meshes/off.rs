@@ -380,9 +380,10 @@ mod tests {
     #[test]
     fn long_file_may_be_one_line() {
         let count = 20_000;
-        let vertices: String = (0..count).map(|i| format!("{i} {} 1 ", i % 7)).collect();
-        let faces: String = (2..count).map(|i| format!("3 {} {} {i} ", i - 2, i - 1)).collect();
-        let text = format!("OFF {count} {} 0 {vertices}{faces}", count - 2);
+        let vertices: Vec<String> = (0..count).map(|i| format!("{i} {} 1", i % 7)).collect();
+        let faces: Vec<String> = (2..count).map(|i| format!("3 {} {} {i}", i - 2, i - 1)).collect();
+        let (vertices, faces) = (vertices.join(" "), faces.join(" "));
+        let text = format!("OFF {count} {} 0 {vertices} {faces}", count - 2);
         let mesh = read(&text).expect("readable");
         assert_eq!((mesh.positions().len(), mesh.triangles().len()), (count, count - 2));
         assert_eq!(read(&text.replacen(" 0 ", " 0\n", 1)).expect("two lines"), mesh);

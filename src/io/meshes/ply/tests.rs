@@ -62,7 +62,7 @@ fn text_and_both_binaries_are_one_mesh() {
     assert_eq!(read(&little()).expect("little"), mesh);
     assert_eq!(read(&big).expect("big"), mesh);
     // Whatever follows the last row.
-    for more in [&b"\r\n"[..], b"more", &[0; 100_000]] {
+    for more in [&b"\r\n"[..], b"more", &vec![0; 100_000]] {
         assert_eq!(read(&[&little()[..], more].concat()).expect("trailing bytes"), mesh);
         assert_eq!(read(&[PYRAMID.as_bytes(), more].concat()).expect("trailing lines"), mesh);
     }
