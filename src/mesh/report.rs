@@ -410,6 +410,7 @@ mod tests {
             triangles.remove(0);
         });
         assert_eq!((report.boundary, report.examples.len(), report.euler()), (3, 3, 1));
+        assert_eq!(report.advice(), Some(Advice::Repair(Some(3))));
         let message = report.require_closed().unwrap_err().to_string();
         assert!(message.contains("3 edges have one face only"), "{message}");
         assert!(message.contains("vertices 0-4 at [0.000000, 0.000000, 0.000000] to"), "{message}");
@@ -430,7 +431,9 @@ mod tests {
         let report = changed(&shapes::cube(), |_, triangles| triangles[5].swap(0, 1));
         assert_eq!((report.inconsistent, report.boundary, report.non_manifold), (3, 0, 0));
         assert!(!report.is_closed());
+        assert_eq!(report.advice(), Some(Advice::Repair(None)));
         let report = MeshReport::of(&shapes::cube().flipped());
+        assert_eq!(report.advice(), Some(Advice::Repair(None)));
         assert!(report.is_closed() && report.is_inside_out());
         assert!(report.require_closed().unwrap_err().to_string().contains("look inwards"));
     }
