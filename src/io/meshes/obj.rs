@@ -191,6 +191,9 @@ impl Statements {
         // None are listed where all are three.
         let arities = mesh.face_arities.iter().skip(1).map(|&n| n as usize);
         let triangles = if mesh.face_arities.is_empty() { corners.len() / 3 } else { 0 };
+        // A face has two triangles fewer than corners.
+        let count = corners.len().saturating_sub(2 * (arities.len() + triangles));
+        parts.triangles.reserve_exact(count);
         for arity in arities.chain(iter::repeat_n(3, triangles)) {
             let (face, rest) = corners.split_at(arity.min(corners.len()));
             parts.polygon(face).map_err(|e| source.fault(e.to_string(), CUT))?;
