@@ -56,6 +56,8 @@ pub enum Advice {
     Overwrite,
     /// Begins a run anew instead of resuming its checkpoint; or does first what is named.
     BeginAnew(Option<&'static str>),
+    /// Repairs a mesh; fills its holes too, whose rims have so many edges at most.
+    Repair(Option<usize>),
     /// Keeps the largest piece of a mesh alone.
     KeepLargestPiece,
     /// Fits an envelope of a mesh with folds.
@@ -102,6 +104,10 @@ impl fmt::Display for Advice {
         match self {
             Self::Overwrite => write!(f, "choose another name, or have it replaced"),
             Self::BeginAnew(first) => write!(f, "{}begin anew", first.unwrap_or("")),
+            Self::Repair(None) => write!(f, "repair it"),
+            Self::Repair(Some(edges)) => {
+                write!(f, "repair it, and fill holes of up to {edges} edges")
+            }
             Self::KeepLargestPiece => write!(f, "keep one piece alone (the repair can)"),
             Self::FitEnvelope => write!(f, "an envelope fits a mesh with small folds"),
             Self::SkipCrossings => {

@@ -5,7 +5,7 @@
 //! a mesh, a header's counts) asks once for the sum.
 
 use std::fmt::Display;
-use std::io::{BufRead, Read};
+use std::io::{BufRead, ErrorKind, Read};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -108,17 +108,46 @@ pub fn read_to_end(path: &Path, reader: impl Read) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Adds the next line to `line`; returns the bytes that were read.
+/// Adds the next line to `line`, with its end: a line feed, a carriage return, or both. Returns the
+/// bytes that were read.
 ///
 /// # Errors
 /// What the reader says, and `FileTooLarge` for a line longer than [`MAX_LINE`].
 pub fn read_line(reader: &mut dyn BufRead, line: &mut Vec<u8>) -> std::io::Result<usize> {
-    let read = reader.take(MAX_LINE as u64).read_until(b'\n', line)?;
-    if read == MAX_LINE {
-        let said = format!("a line does not end within {}", in_words(MAX_LINE as f64));
-        return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, said));
+    let read = read_half_line(reader, line)?;
+    if read == 0 || line.last() != Some(&b'\r') || reader.fill_buf()?.first() != Some(&b'\n') {
+        return Ok(read);
     }
-    Ok(read)
+    reader.consume(1);
+    line.push(b'\n');
+    Ok(read + 1)
+}
+
+/// Adds the next line as [`read_line`] does, but leaves the line feed behind a carriage return.
+pub(crate) fn read_half_line(
+    reader: &mut dyn BufRead,
+    line: &mut Vec<u8>,
+) -> std::io::Result<usize> {
+    let start = line.len();
+    loop {
+        let read = line.len() - start;
+        let bytes = match reader.fill_buf() {
+            Ok(bytes) => &bytes[..bytes.len().min(MAX_LINE - read)],
+            Err(e) if e.kind() == ErrorKind::Interrupted => continue,
+            Err(e) => return Err(e),
+        };
+        let end = bytes.iter().position(|b| matches!(b, b'\n' | b'\r'));
+        let taken = end.map_or(bytes.len(), |end| end + 1);
+        line.extend_from_slice(&bytes[..taken]);
+        reader.consume(taken);
+        if end.is_some() || taken == 0 && read < MAX_LINE {
+            return Ok(read + taken);
+        }
+        if taken == 0 {
+            let said = format!("a line does not end within {}", in_words(MAX_LINE as f64));
+            return Err(std::io::Error::new(ErrorKind::FileTooLarge, said));
+        }
+    }
 }
 
 /// Writes a number of bytes in units of 1000, with three digits.
@@ -254,6 +283,25 @@ mod tests {
         let (mut two, mut line) = (&b"a\nb"[..], Vec::new());
         let reads: Vec<_> = (0..3).map(|_| read_line(&mut two, &mut line).expect("read")).collect();
         assert!(reads == [2, 1, 0] && line == b"a\nb");
+    }
+
+    #[test]
+    fn lines_end_at_feed_return_or_both() {
+        // A buffer of one byte: an end may be cut in two.
+        for capacity in [1, 64] {
+            let mut text = BufReader::with_capacity(capacity, &b"a\rb\r\n\n\rc\r"[..]);
+            let mut lines = Vec::new();
+            loop {
+                let mut line = Vec::new();
+                let read = read_line(&mut text, &mut line).expect("read");
+                assert_eq!(read, line.len());
+                if read == 0 {
+                    break;
+                }
+                lines.push(String::from_utf8(line).expect("text"));
+            }
+            assert_eq!(lines, ["a\r", "b\r\n", "\n", "\r", "c\r"]);
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::DVec3;
 use harmolux::Result;
+use harmolux::error::Advice;
 use harmolux::fit::SelfIntersections;
 use harmolux::fit::star::{Fold, Folds, StarReport};
 use harmolux::fit::{Check as Findings, CheckSettings, FAULTLESS_COLOUR, FaceFault, StarCheck};
@@ -15,6 +16,7 @@ use harmolux::mesh::{Mesh, RepairReport};
 use serde_json::{Value, json};
 
 use crate::common::about::about;
+use crate::common::advice::in_flags;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
 use crate::common::inputs::{MeshRead, read_mesh};
@@ -130,9 +132,18 @@ fn lines(found: &Findings, verb: &Check) -> Lines {
         None => lines.push(("star-shaped", "cannot be said".to_owned())),
     }
     lines.extend(report.deficiencies().into_iter().map(|text| ("deficiency", text)));
+    lines.extend(advice(found).map(|advice| ("help", in_flags(&advice))));
     let files = verb.output.iter().chain(&verb.bad);
     lines.extend(files.map(|path| ("written", path.display().to_string())));
     lines
+}
+
+/// Returns what may make the mesh one that can be fitted.
+fn advice(found: &Findings) -> Option<Advice> {
+    let is_star_shaped = found.star.as_ref().is_some_and(|s| s.judged.is_star_shaped());
+    let pieces =
+        (found.report.components > 1 && !is_star_shaped).then_some(Advice::KeepLargestPiece);
+    found.report.advice().or(pieces)
 }
 
 fn oriented(found: &Findings) -> String {

@@ -12,14 +12,13 @@ use harmolux::fit::{mesh_bytes, series_bytes};
 use harmolux::io::coefficients;
 use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
 use harmolux::io::input::Input;
-use harmolux::io::meshes;
 use harmolux::mesh::{Mesh, MeshReport};
 use harmolux::sh::{Convention, least, positions, range, volume};
 use serde_json::{Value, json};
 
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
-use crate::common::inputs::series_format;
+use crate::common::inputs::{read_bare_mesh, series_format};
 use crate::common::say::{self, point};
 
 /// Say what a mesh or coefficient file holds
@@ -146,7 +145,7 @@ fn star_of(mesh: &Mesh, lines: &mut Lines) -> Value {
 }
 
 fn mesh(input: Input) -> Result<(Lines, Value)> {
-    let mesh = meshes::read_input(input)?.0;
+    let mesh = read_bare_mesh(input)?.0;
     let report = MeshReport::of(&mesh);
     let size = [mesh.positions().len(), mesh.triangles().len()];
     let bounds = mesh.bounds();

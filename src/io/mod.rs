@@ -6,6 +6,8 @@ pub mod checkpoint;
 pub mod coefficients;
 #[cfg(test)]
 mod failing;
+#[cfg(test)]
+mod formats;
 #[cfg(feature = "images")]
 pub mod images;
 pub mod input;

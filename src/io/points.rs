@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::io::input::{FilesRead, Input};
+use crate::io::{coefficients, meshes};
 use crate::mesh::Points;
 use crate::{Error, Result, memory};
 
@@ -20,17 +21,32 @@ pub fn is_points(path: &Path) -> bool {
 }
 
 /// Whether a file that begins so holds points: its first line with more than a comment is a point,
-/// or names the columns x, y and z.
+/// or names the columns x, y and z, and nothing says that it is a mesh or coefficients.
 pub fn recognise(head: &[u8]) -> bool {
-    let path = Path::new("");
-    let mut lines = head.split(|b| *b == b'\n').map(|bytes| Line::new(path, 1, bytes));
-    let first = lines.find(|line| line.as_ref().map_or(true, |line| !line.fields.is_empty()));
-    first.and_then(Result::ok).is_some_and(|line| {
+    let length = head.len() as u64;
+    if meshes::recognise(head, length).is_some()
+        || coefficients::recognise_content(head, length).is_some()
+    {
+        return false;
+    }
+    first_line(head).is_some_and(|line| {
         if line.is_header() {
             return line.header().is_ok();
         }
         line.plain().and_then(|columns| line.point(&columns)).is_ok()
     })
+}
+
+/// Whether the first line of a file with more than a comment names the columns x, y and z.
+pub(in crate::io) fn names_columns(head: &[u8]) -> bool {
+    first_line(head).is_some_and(|line| line.is_header() && line.header().is_ok())
+}
+
+/// Returns the first line with more than a comment, if it is text.
+fn first_line(head: &[u8]) -> Option<Line<'_>> {
+    let mut lines = head.split(|b| *b == b'\n').map(|bytes| Line::new(Path::new(""), 1, bytes));
+    let first = lines.find(|line| line.as_ref().map_or(true, |line| !line.fields.is_empty()));
+    first.and_then(Result::ok)
 }
 
 /// Reads a point file.

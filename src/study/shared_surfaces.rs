@@ -172,7 +172,7 @@ fn note(known: &mut HashMap<PathBuf, FilesRead>, path: &Path, read: FilesRead) -
 
 fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<(SharedSh, FilesRead)> {
     let input = Input::open_file(path)?;
-    let ((series, centre, fit), read) = if SeriesFormat::of_extension(path).is_some() {
+    let ((series, centre, fit), read) = if SeriesFormat::of_extension(input.name()).is_some() {
         let (shape, read) = coefficients::read_as_stated(input)?;
         // Zeros at the end cost as much as other coefficients.
         let degree = degree.min(shape.coefficients.degree_in_use());

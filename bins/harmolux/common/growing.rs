@@ -163,7 +163,7 @@ fn content(claim: &Claim) -> Result<Vec<u8>> {
 /// Returns what a result follows from as one word: the program's version, what was read of the file
 /// and of those it names, and the settings.
 pub(crate) fn key(read: &FilesRead, settings: &dyn Debug) -> String {
-    let FilesRead { file, beside } = read;
+    let FilesRead { file, beside, .. } = read;
     let mut text = format!("{SOFTWARE} {settings:?} {file}");
     for file in beside {
         let _ = write!(text, " {file}");

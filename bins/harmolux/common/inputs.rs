@@ -10,6 +10,7 @@ use harmolux::io::points;
 use harmolux::mesh::{Mesh, Points, RepairReport};
 
 use crate::common::flags::MeshHabits;
+use crate::common::say;
 
 /// A mesh from a file.
 pub(crate) struct MeshRead {
@@ -22,10 +23,20 @@ pub(crate) struct MeshRead {
 /// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
 pub(crate) fn read_mesh(input: Input, habits: &MeshHabits) -> Result<MeshRead> {
     let path = input.path();
-    let (mesh, read) = meshes::read_input(input)?;
+    let (mesh, read) = read_bare_mesh(input)?;
     let mesh = mesh.with_up(habits.up).scaled(habits.unit.metres())?;
     let (mesh, repair) = habits.repairs.apply(path, mesh)?;
     Ok(MeshRead { mesh, repair, files: read })
+}
+
+/// Reads a mesh as it stands in its file, and says what was passed over.
+pub(crate) fn read_bare_mesh(input: Input) -> Result<(Mesh, FilesRead)> {
+    let path = input.path();
+    let (mesh, read) = meshes::read_input(input)?;
+    for remark in &read.remarks {
+        say::note(&format!("{}: {remark}", path.display()));
+    }
+    Ok((mesh, read))
 }
 
 /// Says what a mesh or point file consists of, with the files that it names.
@@ -40,7 +51,7 @@ pub(crate) fn files(path: &Path) -> Result<FilesRead> {
 
 /// Whether a file holds points: its name says it, or its beginning where that is of no mesh.
 pub(crate) fn holds_points(input: &mut Input) -> Result<bool> {
-    let (path, length) = (input.path(), input.length());
+    let (path, length) = (input.name(), input.length());
     if points::is_points(path) || MeshFormat::of_extension(path).is_some() {
         return Ok(points::is_points(path));
     }
@@ -61,7 +72,7 @@ pub(crate) fn series_format(
     input: &mut Input,
     options: &ReadOptions,
 ) -> Result<Option<SeriesFormat>> {
-    let (path, length) = (input.path(), input.length());
+    let (path, length) = (input.name(), input.length());
     let head = input.ahead()?;
     let told = options.format.or_else(|| coefficients::recognise_content(head, length));
     let is_mesh = || meshes::recognise(head, length).is_some();

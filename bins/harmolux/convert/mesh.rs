@@ -8,7 +8,7 @@ use harmolux::{Error, Result};
 use serde_json::json;
 
 use crate::common::exit::Code;
-use crate::common::inputs::series_format;
+use crate::common::inputs::{read_bare_mesh, series_format};
 use crate::common::{paths, say};
 use crate::convert::Convert;
 
@@ -31,7 +31,7 @@ fn convert(verb: &Convert, as_json: bool) -> Result<Code> {
             verb.input.display()
         )));
     }
-    let mesh = meshes::read_input(input)?.0;
+    let mesh = read_bare_mesh(input)?.0;
     let mesh = mesh.scaled(verb.reading.unit.map_or(1.0, Unit::metres))?;
     let bytes = meshes::encode(&mesh, format)?;
     output.write(&bytes)?;

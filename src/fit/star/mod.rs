@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::error::Advice;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshReport};
 use crate::{Error, Result};
 
 pub use centre::{best_centre, centres, preferred_centre};
@@ -106,7 +106,7 @@ pub fn test(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
 ///
 /// # Errors
 /// [`Error::Geometry`] when it is not, saying how much of it turns away, where most, and which
-/// centre would do better; and as [`test()`].
+/// centre would do better, or that it is in pieces; and as [`test()`].
 pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     let report = test(mesh, about)?;
     if report.is_star_shaped() {
@@ -118,6 +118,11 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
             report.covering
         ))
         .advise(Advice::KeepLargestPiece));
+    }
+    let pieces = MeshReport::of(mesh).components;
+    if pieces > 1 {
+        let message = format!("{}; it is in {pieces} pieces", sentence(&report));
+        return Err(Error::Geometry(message).advise(Advice::KeepLargestPiece));
     }
     let advice = match best_centre(mesh)? {
         (centre, clearance) if clearance > 0.0 => format!(
