@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use harmolux::Result;
 use harmolux::estimators::{Estimator, ImageSettings, Rendering, Weighting};
-use harmolux::io::images::{Attribute, Computed, Exr, Png, computed_colour, png};
+use harmolux::io::images::{Attribute, Computed, Exr, Png, colour_channels, colour_samples, png};
 use harmolux::io::output::{Kind, Output, Stage};
 use harmolux::io::scene_file::{RenderSpec, SceneFile};
 use harmolux::scene::{Camera, Film, FirstHits, Layer, Scene};
@@ -104,17 +104,21 @@ fn tell_exposure(rendering: &Rendering, made: &Png, asked: Option<f64>) {
 
 /// Returns the channels of the light, which are computed from the film as they are written: a film
 /// is large, and they would be half as much again.
-fn light<'a>(film: &'a Film, layers: &[Layer]) -> Vec<Computed<'a>> {
-    let error = |i| film.standard_error(i) as f32;
-    let mut light: Vec<Computed> = vec![("stderr.Y".to_owned(), Box::new(error))];
-    light.extend(computed_colour("", |i| film.pixel(i)));
-    if layers.contains(&Layer::Direct) {
-        light.extend(computed_colour("direct", |i| film.light(i).direct));
-    }
-    if layers.contains(&Layer::Indirect) {
-        light.extend(computed_colour("indirect", |i| film.light(i).indirect));
-    }
-    light
+fn light<'a>(film: &'a Film, layers: &[Layer]) -> Computed<'a> {
+    let [direct, indirect] = [Layer::Direct, Layer::Indirect].map(|layer| layers.contains(&layer));
+    let colours = [("", true), ("direct", direct), ("indirect", indirect)];
+    let colours = colours.into_iter().filter(|(_, is_asked)| *is_asked);
+    let mut names = vec!["stderr.Y".to_owned()];
+    names.extend(colours.flat_map(|(layer, _)| colour_channels(layer)));
+    Computed::new(names, move |i, values| {
+        let light = film.light(i);
+        let parts = [(light.total(), true), (light.direct, direct), (light.indirect, indirect)];
+        let parts = parts.into_iter().filter(|(_, is_asked)| *is_asked);
+        values[0] = film.standard_error(i) as f32;
+        for (values, (colour, _)) in values[1..].chunks_exact_mut(4).zip(parts) {
+            values.copy_from_slice(&colour_samples(colour));
+        }
+    })
 }
 
 /// Adds the layers of the shapes from first hits.

@@ -4,7 +4,7 @@
 mod exr;
 mod png;
 
-pub use exr::{Attribute, Computed, Exr, computed_colour};
+pub use exr::{Attribute, Computed, Exr, colour_channels, colour_samples};
 pub use png::{NOT_FINITE, Png, auto_exposure, encode_png, png};
 
 use crate::{Error, Result};

@@ -2,6 +2,8 @@
 //! 0..1 and encoded by the transfer function of IEC 61966-2-1. No tone curve, so what is shown
 //! stays proportional to what was computed.
 
+use rayon::prelude::*;
+
 use super::check_size;
 use crate::io::output::SOFTWARE;
 use crate::math::Rgb;
@@ -55,8 +57,8 @@ pub fn png(
         return Err(Error::Parameter(format!("the exposure {exposure} is not a positive number")));
     }
     let not_finite = pixels.iter().filter(|p| !p.is_finite()).count();
-    let samples: Vec<u8> = pixels.iter().flat_map(|p| display(*p, exposure)).collect();
-    Ok(Png { bytes: encode(width, height, &samples, run)?, exposure, not_finite })
+    let samples: Vec<[u8; 3]> = pixels.par_iter().map(|p| display(*p, exposure)).collect();
+    Ok(Png { bytes: encode(width, height, samples.as_flattened(), run)?, exposure, not_finite })
 }
 
 fn display(pixel: Rgb, exposure: f64) -> [u8; 3] {

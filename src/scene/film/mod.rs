@@ -206,22 +206,25 @@ impl Film {
 
     /// Returns the mean colour of every pixel, cd/m2, top row first; black before the first pass.
     pub fn image(&self) -> Vec<Rgb> {
-        (0..self.pixels.len()).map(|i| self.pixel(i)).collect()
+        self.each(|i| self.pixel(i))
     }
 
     /// Returns the part of [`Film::image`] that came straight from lights and emitting surfaces.
     pub fn direct(&self) -> Vec<Rgb> {
-        (0..self.pixels.len()).map(|i| self.light(i).direct).collect()
+        self.each(|i| self.light(i).direct)
     }
 
     /// Returns the part of [`Film::image`] that was reflected before.
     pub fn indirect(&self) -> Vec<Rgb> {
-        (0..self.pixels.len()).map(|i| self.light(i).indirect).collect()
+        self.each(|i| self.light(i).indirect)
     }
 
     /// Returns the standard error of the luminance of a pixel, cd/m2; infinite before two
     /// replicates have samples.
     pub fn standard_error(&self, pixel: usize) -> f64 {
+        if self.replicates() < 2 {
+            return f64::INFINITY;
+        }
         let (used, squares) =
             self.deviations(pixel).fold((0, 0.0), |(used, squares), d| (used + 1, squares + d * d));
         spread(used, squares)
@@ -230,7 +233,7 @@ impl Film {
     /// Returns the standard error of the luminance of every pixel, cd/m2; infinite before two
     /// replicates have samples.
     pub fn standard_errors(&self) -> Vec<f64> {
-        (0..self.pixels.len()).into_par_iter().map(|i| self.standard_error(i)).collect()
+        self.each(|i| self.standard_error(i))
     }
 
     /// Returns the mean luminance of the whole image and its standard error from the replicates'
@@ -238,6 +241,9 @@ impl Film {
     pub fn mean(&self) -> (f64, f64) {
         let n = self.pixels.len() as f64;
         let mean = self.sum_of_rows(|i| self.pixel(i).luminance());
+        if self.replicates() < 2 {
+            return (mean / n, f64::INFINITY);
+        }
         let totals = self.rows(|row| {
             let mut totals = vec![0.0; self.replicates];
             for i in row {
@@ -253,9 +259,17 @@ impl Film {
     /// Returns the median over pixels with light of the standard error relative to the mean; `None`
     /// before two replicates.
     pub fn median_relative_error(&self) -> Option<f64> {
+        if self.replicates() < 2 {
+            return None;
+        }
         let lit = (0..self.pixels.len()).into_par_iter().map(|i| (self.pixel(i).luminance(), i));
         let lit = lit.filter(|(y, _)| *y > 0.0).map(|(y, i)| self.standard_error(i) / y);
         median(lit.collect::<Vec<_>>())
+    }
+
+    /// Returns something of each pixel.
+    fn each<T: Send>(&self, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+        (0..self.pixels.len()).into_par_iter().map(of).collect()
     }
 
     /// Does something with the pixels of each row, many rows at once.

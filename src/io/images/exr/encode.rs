@@ -1,20 +1,78 @@
 //! How channels and attributes are written: line by line, and in an order of their own.
 
 use std::io::{self, Read, SeekFrom};
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use exr::block::lines::LineRefMut;
 use exr::image::write::samples::{SamplesWriter, WritableSamples};
 use exr::math::{RoundingMode, Vec2};
 use exr::meta::attribute::{LevelMode, SampleType};
 use exr::meta::header::Header;
+use rayon::prelude::*;
 
 use crate::io::bytes::number_at;
 use crate::io::output::ReadWriteSeek;
 
+/// How many rows of computed channels are made at a time.
+const ROWS: usize = 64;
+
+/// Holds channels that are computed when the image is written.
+#[derive(Default)]
+pub struct Computed<'a> {
+    pub(super) names: Vec<String>,
+    of_pixel: Option<OfPixel<'a>>,
+}
+
+type OfPixel<'a> = Box<dyn Fn(usize, &mut [f32]) + Sync + 'a>;
+
+impl<'a> Computed<'a> {
+    /// Names channels, `LAYER.CHANNEL`, and says what puts down their values of a pixel, counted
+    /// row by row from the top left.
+    pub fn new(names: Vec<String>, of_pixel: impl Fn(usize, &mut [f32]) + Sync + 'a) -> Self {
+        Self { names, of_pixel: Some(Box::new(of_pixel)) }
+    }
+}
+
+/// Computes the channels, some rows at a time on all threads: the encoder asks for line after line
+/// of channel after channel, on one.
+pub(super) struct Rows<'a> {
+    computed: &'a Computed<'a>,
+    size: [usize; 2],
+    /// The rows that are made, and the values of their pixels.
+    made: Mutex<(Range<usize>, Vec<f32>)>,
+}
+
+impl<'a> Rows<'a> {
+    pub(super) fn new(computed: &'a Computed<'a>, size: [usize; 2]) -> Self {
+        Self { computed, size, made: Mutex::new((0..0, Vec::new())) }
+    }
+
+    /// Puts down a line of a channel.
+    fn write(&self, channel: usize, line: LineRefMut) -> exr::error::UnitResult {
+        let Vec2(x, y) = line.location.position;
+        let [width, height] = self.size;
+        let each = self.computed.names.len();
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        let (rows, values) = &mut *made;
+        if !rows.contains(&y) {
+            *rows = y..height.min(y + ROWS);
+            values.resize(rows.len() * width * each, 0.0);
+            if let Some(of_pixel) = &self.computed.of_pixel {
+                let pixels = values.par_chunks_exact_mut(each).enumerate().with_min_len(1 << 10);
+                pixels.for_each(|(i, values)| of_pixel(y * width + i, values));
+            }
+        }
+        let first = (y - rows.start) * width + x;
+        line.write_samples(|i| values[(first + i) * each + channel])
+    }
+}
+
 /// Where samples come from when they are written.
 pub(super) enum Samples<'a> {
     Stored(&'a [f32]),
-    Computed(&'a (dyn Fn(usize) -> f32 + Sync)),
+    /// The channel of that number.
+    Computed(&'a Rows<'a>, usize),
 }
 
 /// Writes them line by line.
@@ -45,7 +103,7 @@ impl SamplesWriter for Lines<'_> {
         let first = y * self.width + x;
         let written = match self.samples {
             Samples::Stored(samples) => line.write_samples(|i| samples[first + i]),
-            Samples::Computed(value) => line.write_samples(|i| value(first + i)),
+            Samples::Computed(rows, channel) => rows.write(*channel, line),
         };
         written.expect("a line is as long as what is written there");
     }

@@ -21,7 +21,9 @@ use exr::meta::attribute::{
 use exr::meta::header::LayerAttributes;
 use exr::prelude::WritableImage;
 
-use encode::{Samples, sort_attributes};
+use encode::{Rows, Samples, sort_attributes};
+
+pub use encode::Computed;
 
 use super::check_size;
 use crate::io::input::Input;
@@ -40,19 +42,15 @@ pub enum Attribute {
     Matrix([[f32; 4]; 4]),
 }
 
-/// A channel that is computed when the image is written: its name, and what gives the value of a
-/// pixel, counted row by row from the top left.
-pub type Computed<'a> = (String, Box<dyn Fn(usize) -> f32 + Sync + 'a>);
+/// Returns the names of the channels R, G, B and luminance, `luminance.Y`, of the main layer ("")
+/// or of a named one.
+pub fn colour_channels(layer: &str) -> [String; 4] {
+    COLOUR.map(|(channel, _)| channel_name(layer, channel))
+}
 
-/// Makes the channels R, G, B and the luminance, `luminance.Y`, computed, of the main layer ("") or
-/// of a named one.
-pub fn computed_colour<'a>(
-    layer: &str,
-    pixel: impl Fn(usize) -> Rgb + Copy + Sync + 'a,
-) -> [Computed<'a>; 4] {
-    COLOUR.map(|(channel, value)| -> Computed<'a> {
-        (channel_name(layer, channel), Box::new(move |i| value(&pixel(i)) as f32))
-    })
+/// Returns the samples of [`colour_channels`] of a pixel.
+pub fn colour_samples(pixel: Rgb) -> [f32; 4] {
+    COLOUR.map(|(_, value)| value(&pixel) as f32)
 }
 
 type ValueOf = fn(&Rgb) -> f64;
@@ -229,22 +227,24 @@ impl Exr {
     /// complaint.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let mut bytes = Cursor::new(Vec::new());
-        self.write(&[], &mut bytes).map_err(|e| match e.kind() {
+        self.write(&Computed::default(), &mut bytes).map_err(|e| match e.kind() {
             io::ErrorKind::InvalidInput => Error::Parameter(e.to_string()),
             _ => Error::Numeric(e.to_string()),
         })?;
         Ok(bytes.into_inner())
     }
 
-    /// Writes the image, with computed channels more, block by block: it needs no memory beyond
+    /// Writes the image, with computed channels more, some rows at a time: it needs no memory beyond
     /// that of the stored channels. The file begins where `to` does.
     ///
     /// # Errors
     /// [`io::ErrorKind::InvalidInput`] when there is no channel, or one twice; what `to` refuses,
     /// or the encoder's complaint.
-    pub fn write(&self, computed: &[Computed], to: &mut dyn ReadWriteSeek) -> io::Result<()> {
+    pub fn write(&self, computed: &Computed, to: &mut dyn ReadWriteSeek) -> io::Result<()> {
+        let rows = Rows::new(computed, [self.width, self.height]);
         let stored = self.channels.iter().map(|(name, samples)| (name, Samples::Stored(samples)));
-        let computed = computed.iter().map(|(name, value)| (name, Samples::Computed(value)));
+        let names = computed.names.iter().enumerate();
+        let computed = names.map(|(channel, name)| (name, Samples::Computed(&rows, channel)));
         let mut channels: Vec<_> = stored.chain(computed).collect();
         channels.sort_by_key(|(name, _)| *name);
         let refuse = |why: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, why.to_owned()));
@@ -379,7 +379,9 @@ mod tests {
 
     #[test]
     fn every_failed_write_is_told() {
-        let writes = failing::in_turn(&Kind::EXR, "exr", &mut |file| image().write(&[], file));
+        let writes = failing::in_turn(&Kind::EXR, "exr", &mut |file| {
+            image().write(&Computed::default(), file)
+        });
         assert!(writes > 5, "{writes}");
     }
 
@@ -393,14 +395,18 @@ mod tests {
     #[test]
     fn computed_channels_are_written_as_stored_ones() {
         let pixels = pixels();
-        let mut light = Vec::from(computed_colour("direct", |i| pixels[i]));
-        light.push(("Z".to_owned(), Box::new(|i| i as f32)));
+        let mut names = Vec::from(colour_channels("direct"));
+        names.push("Z".to_owned());
+        let light = Computed::new(names, |i, values| {
+            values[..4].copy_from_slice(&colour_samples(pixels[i]));
+            values[4] = i as f32;
+        });
         let mut bytes = Cursor::new(Vec::new());
         image().write(&light, &mut bytes).expect("written");
         let stored = image().with_colour("direct", &pixels).expect("fits");
         let stored = stored.with_values("Z", &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]).expect("fits");
         assert_eq!(bytes.into_inner(), stored.to_bytes().expect("encoded"));
-        let twice: [Computed; 1] = [("R".to_owned(), Box::new(|_| 0.0))];
+        let twice = Computed::new(vec!["R".to_owned()], |_, values| values[0] = 0.0);
         let refused = image().write(&twice, &mut Cursor::new(Vec::new())).expect_err("refused");
         assert_eq!(refused.to_string(), "`R` cannot name two channels");
     }
