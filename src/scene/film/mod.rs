@@ -167,9 +167,12 @@ impl Film {
                     pixel.non_finite += weight as f32;
                     return [1, 1];
                 }
-                pixel.light.direct += sample.direct * weight;
-                pixel.light.indirect += sample.indirect * weight;
-                sums[replicate] += (sample.total().luminance() * weight) as f32;
+                // Memory is not taken for what stays black: most of a first pass that was cut short.
+                if *sample != SplitLight::default() {
+                    pixel.light.direct += sample.direct * weight;
+                    pixel.light.indirect += sample.indirect * weight;
+                    sums[replicate] += (sample.total().luminance() * weight) as f32;
+                }
                 [1, 0]
             });
         let [taken, non_finite] = counts.reduce(|| [0, 0], |a, b| [a[0] + b[0], a[1] + b[1]]);
