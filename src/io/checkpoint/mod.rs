@@ -6,7 +6,7 @@
 //! ```text
 //! bytes  what
 //!     8  89 48 58 4b 0d 0a 1a 0a: damaged by every transfer that takes the file for text
-//!     2  version, 1
+//!     2  version, 2
 //!     4  number of fields; of each its name and its value follow, two texts
 //!    12  width, height, replicates
 //!     8  passes
@@ -39,7 +39,7 @@ use crate::{Error, Result};
 /// Begins every checkpoint.
 pub const MAGIC: [u8; 8] = *b"\x89HXK\r\n\x1a\n";
 
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 
 /// The bytes of a pixel without those of its replicates.
 const PIXEL: usize = 57;
@@ -394,8 +394,8 @@ mod tests {
         };
         assert!(refusal(b"a picture of something").contains("this is no checkpoint"));
         let mut newer = good.clone();
-        newer[8] = 2;
-        assert!(refusal(&newer).contains("version 2 of checkpoints; known here is 1"));
+        newer[8] = 3;
+        assert!(refusal(&newer).contains("version 3 of checkpoints; known here is 2"));
         for at in (10..good.len()).step_by(7) {
             let mut damaged = good.clone();
             damaged[at] ^= 0x10;

@@ -179,6 +179,9 @@ impl Film {
         self.samples += taken;
         self.non_finite += non_finite;
         self.passes += 1;
+        if self.is_between_stages() {
+            self.end_stage();
+        }
     }
 
     /// Adds the flux that left the scene in a pass.

@@ -24,17 +24,21 @@ impl Film {
         (stage.start + stage.length) * self.replicates as u64
     }
 
-    /// Plans the stage that begins: with a `target` for the relative error, pixels take part in as
-    /// few of its rounds as will meet the target after it, from what the stages before showed in
-    /// the pixel and its eight neighbours; without, in all. To be called where
-    /// [`Film::is_between_stages`].
-    pub fn plan(&mut self, target: Option<f64>) {
-        let stage = self.stage();
-        let ended = Stage::of(stage.start.saturating_sub(1)).length;
+    /// Accounts for the stage that is complete.
+    pub(super) fn end_stage(&mut self) {
+        let ended = Stage::of(self.rounds() - 1).length;
         for pixel in &mut self.pixels {
             pixel.spread += (ended << pixel.stride) as f32;
         }
-        let strides = target.map(|target| self.strides(&stage, target));
+    }
+
+    /// Plans the stage that begins: with a `target` for the relative error, pixels take part in as
+    /// few of its rounds as will meet the target after it, from what the stages before showed in
+    /// the pixel and its eight neighbours; without, in all. To be called where
+    /// [`Film::is_between_stages`], as often as one likes: a run that was ended in the first pass
+    /// of a stage plans it anew.
+    pub fn plan(&mut self, target: Option<f64>) {
+        let strides = target.map(|target| self.strides(&self.stage(), target));
         self.planned = strides.is_some();
         for (i, pixel) in self.pixels.iter_mut().enumerate() {
             pixel.stride = strides.as_ref().map_or(0, |strides| strides[i]);

@@ -143,6 +143,18 @@ fn sample_indices_of_a_pixel_follow_each_other() {
 }
 
 #[test]
+fn planning_a_stage_again_changes_nothing() {
+    for target in [None, Some(0.1)] {
+        let mut film = adaptive(3, 16, target);
+        film.plan(target);
+        let once = film.clone();
+        film.plan(target);
+        assert_eq!(film, once);
+        assert_eq!(film.pixels.iter().any(|p| p.stride > 0), target.is_some());
+    }
+}
+
+#[test]
 fn resting_pixels_ignore_what_is_sent_to_them() {
     let mut film = adaptive(3, 16, Some(0.1));
     film.plan(Some(0.1));
