@@ -4,6 +4,7 @@
 mod bytes;
 pub mod checkpoint;
 pub mod coefficients;
+mod decimal;
 #[cfg(test)]
 mod failing;
 #[cfg(feature = "images")]

@@ -17,7 +17,8 @@ use harmolux::io::coefficients::{
 };
 use harmolux::io::images::Exr;
 use harmolux::io::scene_file::SceneFile;
-use harmolux::io::{meshes, points, rays, sensor_table, spectra};
+use harmolux::io::points::{self, PointOptions};
+use harmolux::io::{meshes, rays, sensor_table, spectra};
 use harmolux::math::Ray;
 use harmolux::sh::{Coefficients, Convention};
 use harmolux::surface::{Intersector, ShSurface, StepBisection, Surface};
@@ -53,7 +54,7 @@ pub(crate) const TARGETS: [Target; 24] = [
     ("binary", in_binary),
     ("compact", in_compact),
     ("scene", scene),
-    ("points", |data| bounded(data, PER_BYTE_OF_OTHERS, |d| drop(points::parse(at("a.xyz"), d)))),
+    ("points", in_points),
     ("csv", tables),
     ("probe", probe),
     ("exr", |data| bounded(data, PER_BYTE, |data| drop(Exr::from_bytes(at("a.exr"), data)))),
@@ -77,6 +78,14 @@ fn bounded(data: &[u8], per_byte: usize, read: impl FnOnce(&[u8])) {
 
 fn mesh(name: &str, data: &[u8]) {
     bounded(data, PER_BYTE_OF_OTHERS, |data| drop(meshes::parse(at(name), data)));
+}
+
+/// Reads points, with weights and without.
+fn in_points(data: &[u8]) {
+    for weights in [false, true] {
+        let options = PointOptions { weights };
+        bounded(data, PER_BYTE_OF_OTHERS, |data| drop(points::parse(at("a.xyz"), data, &options)));
+    }
 }
 
 /// Reads a coefficient file of a format, with a convention and without.
@@ -273,7 +282,7 @@ fn mesh_to_fit(data: &[u8]) {
     if let Ok(fit) = fit(&mesh, &settings) {
         check(&Shape::new(fit.coefficients));
     }
-    if let Ok(points) = points::parse(at("a.xyz"), data)
+    if let Ok(points) = points::parse(at("a.xyz"), data, &PointOptions::default())
         && let Ok(fit) = fit_points(&points, &settings)
     {
         check(&Shape::new(fit.coefficients));

@@ -7,7 +7,7 @@ use harmolux::fit::Source;
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat};
 use harmolux::io::input::Input;
 use harmolux::io::meshes::{self, MeshFormat};
-use harmolux::io::points;
+use harmolux::io::points::{self, PointOptions};
 use harmolux::mesh::{Mesh, Points, RepairReport};
 
 use crate::common::flags::MeshHabits;
@@ -34,19 +34,29 @@ pub(crate) fn source(path: &Path) -> Result<Source> {
     Ok(Input::open_file(path)?.finish()?.file.source())
 }
 
-/// Whether a file holds points: its name says it, or its beginning where that is of no mesh.
+/// Whether a file holds points: its content has their mark, its name says it, or its beginning where
+/// that is neither of a mesh nor of coefficients.
 pub(crate) fn holds_points(input: &mut Input) -> Result<bool> {
     let (path, length) = (input.path(), input.length());
-    if points::is_points(path) || MeshFormat::of_extension(path).is_some() {
-        return Ok(points::is_points(path));
-    }
     let head = input.ahead()?;
-    Ok(meshes::recognise(head, length).is_none() && points::recognise(head))
+    if points::is_marked(head) || points::is_points(path) {
+        return Ok(true);
+    }
+    if MeshFormat::of_extension(path).is_some() {
+        return Ok(false);
+    }
+    let is_other = meshes::recognise(head, length).is_some()
+        || coefficients::recognise_content(head, length).is_some();
+    Ok(!is_other && points::recognise(head))
 }
 
 /// Reads a point file and turns it to metres, z up.
-pub(crate) fn read_points(input: Input, habits: &MeshHabits) -> Result<(Points, Source)> {
-    let (mut cloud, read) = points::read_input(input)?;
+pub(crate) fn read_points(
+    input: Input,
+    options: &PointOptions,
+    habits: &MeshHabits,
+) -> Result<(Points, Source)> {
+    let (mut cloud, read) = points::read_input(input, options)?;
     cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * habits.up.to_z(*p));
     Ok((cloud, read.file.source()))
 }
