@@ -25,7 +25,8 @@ mod tests {
         ] {
             assert_eq!(real(text), Some(value), "{text}");
         }
-        for text in ["", "D", "1D", "D3", "1D2D3", "1Dx", "1.0D1.5", "1e2D3", "(1,2)", "0d", "1D "] {
+        for text in ["", "D", "1D", "D3", "1D2D3", "1Dx", "1.0D1.5", "1e2D3", "(1,2)", "0d", "1D "]
+        {
             assert_eq!(real(text), None, "{text}");
         }
         assert!(real("1D999").is_some_and(f64::is_infinite));

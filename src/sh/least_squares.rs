@@ -181,7 +181,8 @@ impl<'a> Samples<'a> {
     /// Sums the weighted squares of what a series leaves of the samples.
     fn square(&self, series: &Series) -> f64 {
         let samples = self.directions.iter().zip(self.values).zip(self.weights);
-        let square = |((w, v), weight): ((&DVec3, &f64), &f64)| weight * (v - series.value(*w)).powi(2);
+        let square =
+            |((w, v), weight): ((&DVec3, &f64), &f64)| weight * (v - series.value(*w)).powi(2);
         self.scale * samples.map(square).sum::<f64>()
     }
 

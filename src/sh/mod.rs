@@ -29,7 +29,7 @@ mod truncation;
 mod two_step;
 
 pub use align::{Alignment, InertiaSymmetry, align};
-pub use bounds::{Bounds, least, range, rounding};
+pub use bounds::{Bounds, least, range, require_positive, rounding};
 pub use coefficients::Coefficients;
 pub use combination::{difference, mean, scatter, weighted_mean};
 pub use filter::Filter;

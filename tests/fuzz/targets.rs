@@ -16,8 +16,8 @@ use harmolux::io::coefficients::{
     ReadOptions, SeriesFormat, WriteOptions, binary, compact, encode, parse,
 };
 use harmolux::io::images::Exr;
-use harmolux::io::scene_file::SceneFile;
 use harmolux::io::points::{self, PointOptions};
+use harmolux::io::scene_file::SceneFile;
 use harmolux::io::{meshes, rays, sensor_table, spectra};
 use harmolux::math::Ray;
 use harmolux::sh::{Coefficients, Convention};

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use harmolux::Result;
 use harmolux::fit::Source;
-use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat};
-use harmolux::io::input::Input;
+use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, spharm_pdm};
+use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::io::points::{self, PointOptions};
 use harmolux::mesh::{Mesh, Points, RepairReport};
@@ -23,10 +23,19 @@ pub(crate) struct MeshRead {
 /// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
 pub(crate) fn read_mesh(input: Input, habits: &MeshHabits) -> Result<MeshRead> {
     let path = input.path();
-    let (mesh, read) = meshes::read_input(input)?;
+    let (mesh, read) = read_surface(input)?;
     let mesh = mesh.with_up(habits.up).scaled(habits.unit.metres())?;
     let (mesh, repair) = habits.repairs.apply(path, mesh)?;
     Ok(MeshRead { mesh, repair, source: read.file.source() })
+}
+
+/// Reads a mesh, or the parametric surface of SPHARM-PDM as one.
+pub(crate) fn read_surface(mut input: Input) -> Result<(Mesh, FilesRead)> {
+    let length = input.length();
+    match coefficients::recognise_content(input.ahead()?, length) {
+        Some(SeriesFormat::SpharmPdm) => spharm_pdm::read_surface(input),
+        _ => meshes::read_input(input),
+    }
 }
 
 /// Names a file by its name and content.

@@ -19,11 +19,13 @@ const UNCERTAIN: f64 = 0.01;
 pub(crate) fn warnings(verb: &Fit, fitted: &Fitted) -> Vec<String> {
     match fitted {
         Fitted::Mesh(fit) => {
-            let poor = poor(fit.error.rms, &fit.coefficients, "look at the mesh with `harmolux check`");
+            let poor =
+                poor(fit.error.rms, &fit.coefficients, "look at the mesh with `harmolux check`");
             ringing(verb, fit).into_iter().chain(poor).collect()
         }
         Fitted::Points(fit) => {
-            let poor = poor(fit.rms, &fit.coefficients, "look for points that are no part of the shape");
+            let poor =
+                poor(fit.rms, &fit.coefficients, "look for points that are no part of the shape");
             poor.into_iter().chain(uncertain(verb, fit)).collect()
         }
     }

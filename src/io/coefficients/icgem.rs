@@ -36,7 +36,8 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
         let (place, pair) = row(line).map_err(fault)?;
         lmax = lmax.max(place.0);
         if found.insert(place, pair).is_some() {
-            let message = format!("degree {}, order {} stands here a second time", place.0, place.1);
+            let message =
+                format!("degree {}, order {} stands here a second time", place.0, place.1);
             return Err(fault(message).into());
         }
     }
@@ -157,7 +158,8 @@ mod tests {
         assert!(is_icgem(TABLE) && c.lmax() == 2 && c.mean() == 1.0);
         assert!((c.get(1, 0).0 - 0.5 * 3.0_f64.sqrt()).abs() <= 1e-15);
         assert!((c.get(1, 1).1 + 0.125 * 3.0_f64.sqrt()).abs() <= 1e-15);
-        let plain = read(&TABLE.replace("fully_", "un").replace("unnormalized", "unnormalized"), None);
+        let plain =
+            read(&TABLE.replace("fully_", "un").replace("unnormalized", "unnormalized"), None);
         assert_eq!(plain.expect("read").coefficients.get(1, 0).0, 0.5);
         let centred = "max_degree 2\nend_of_head\ngfc 2 0 1 0\ngfc 2 1 0 0\ngfc 2 2 0 0\n";
         let c = read(centred, Some(Convention::default())).expect("read").coefficients;
@@ -180,12 +182,16 @@ mod tests {
             ("gfc 2 0 0.1 0", "gfc 2 0 0.1 1", "S of order 0"),
             ("gfc 2 2 0 0.5", "gfc 99999999 2 0 0.5", "degree 2, order 2 is missing"),
         ] {
-            let message = read(&TABLE.replacen(old, new, 1), None).expect_err("refused").to_string();
+            let message =
+                read(&TABLE.replacen(old, new, 1), None).expect_err("refused").to_string();
             assert!(message.contains(expected), "{message}");
         }
         let ortho = Convention { normalisation: Normalisation::Orthonormal, ..Default::default() };
         let message = read(TABLE, Some(ortho)).expect_err("refused").to_string();
-        assert!(message.contains("the header says 4pi, csphase 1; asked for was ortho"), "{message}");
+        assert!(
+            message.contains("the header says 4pi, csphase 1; asked for was ortho"),
+            "{message}"
+        );
         assert!(read("end_of_head\n", None).is_err());
     }
 }

@@ -56,7 +56,10 @@ mod tests {
         let expected = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)];
         assert!(is_rows(&five));
         let plain = read(&five, false).expect("points");
-        assert_eq!((plain.positions.as_slice(), plain.weights.as_slice()), (&expected[..], &[1.0; 2][..]));
+        assert_eq!(
+            (plain.positions.as_slice(), plain.weights.as_slice()),
+            (&expected[..], &[1.0; 2][..])
+        );
         assert_eq!(read(&five, true).expect("points").weights, [0.5, 0.0]);
         let mut columns = npy::write(&[2, 3], 1, &[]);
         let at = columns.windows(5).position(|w| w == b"False").expect("said");

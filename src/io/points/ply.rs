@@ -7,8 +7,8 @@ use std::path::Path;
 use super::{PointOptions, no_weights, point};
 use crate::error::{InputError, shown_bytes};
 use crate::io::decimal::real;
-use crate::mesh::Points;
 use crate::memory::MAX_LINE;
+use crate::mesh::Points;
 use crate::{Error, Result};
 
 /// Whether a file that begins so is PLY.
@@ -26,7 +26,11 @@ pub(super) fn is_cloud(head: &[u8]) -> bool {
 }
 
 /// Reads the vertices; what comes after them is not looked at.
-pub(super) fn parse(path: &Path, from: &mut impl BufRead, options: &PointOptions) -> Result<Points> {
+pub(super) fn parse(
+    path: &Path,
+    from: &mut impl BufRead,
+    options: &PointOptions,
+) -> Result<Points> {
     let header = Header::read(path, from)?;
     let Header { encoding, end, lines, .. } = header;
     let mut rows = Rows { path, from, encoding, end, line: lines };
@@ -118,7 +122,8 @@ impl Header {
     /// Reads the header, whose lines end as its first does.
     fn read(path: &Path, from: &mut impl BufRead) -> Result<Self> {
         let head = from.fill_buf().map_err(|e| Error::io(path, "read", e))?;
-        let end = if head.starts_with(b"ply\r") && !head.starts_with(b"ply\r\n") { b'\r' } else { b'\n' };
+        let end =
+            if head.starts_with(b"ply\r") && !head.starts_with(b"ply\r\n") { b'\r' } else { b'\n' };
         let mut header = Self { encoding: Encoding::Text, elements: Vec::new(), end, lines: 0 };
         loop {
             let line = line(path, from, end)?;
@@ -133,7 +138,8 @@ impl Header {
                 return Ok(header);
             }
             header.take(&words).ok_or_else(|| {
-                let message = format!("`{}` is no statement of a PLY header", shown_bytes(line.trim_ascii()));
+                let message =
+                    format!("`{}` is no statement of a PLY header", shown_bytes(line.trim_ascii()));
                 InputError::new(path, message).at(header.lines, None)
             })?;
         }
@@ -213,7 +219,11 @@ impl<B: BufRead> Rows<'_, B> {
     /// Reads a row: a number for each property, for a list how many it has.
     fn next(&mut self, element: &Element, number: u64, row: &mut Vec<f64>) -> Result<()> {
         row.clear();
-        if self.encoding == Encoding::Text { self.text(element, number, row) } else { self.binary(element, number, row) }
+        if self.encoding == Encoding::Text {
+            self.text(element, number, row)
+        } else {
+            self.binary(element, number, row)
+        }
     }
 
     fn text(&mut self, element: &Element, number: u64, row: &mut Vec<f64>) -> Result<()> {
@@ -234,7 +244,8 @@ impl<B: BufRead> Rows<'_, B> {
             let listed = property.list.and(value).unwrap_or(0.0).max(0.0) as usize;
             let whole = listed == 0 || words.nth(listed - 1).is_some();
             let value = value.filter(|_| whole).ok_or_else(|| {
-                let message = format!("this row of element {} has no {}", element.name, property.name);
+                let message =
+                    format!("this row of element {} has no {}", element.name, property.name);
                 self.fault(number, message)
             })?;
             row.push(value);
@@ -268,7 +279,8 @@ impl<B: BufRead> Rows<'_, B> {
     /// Returns the error that the file ends before a row.
     fn cut(&self, element: &Element, number: u64) -> Error {
         let (name, count) = (&element.name, element.count);
-        let message = format!("the file ends in row {number} (from 0) of {count} of element {name}");
+        let message =
+            format!("the file ends in row {number} (from 0) of {count} of element {name}");
         InputError::new(self.path, message).help("part of it is lost: get it anew").into()
     }
 
@@ -329,10 +341,11 @@ mod tests {
                 bytes.extend(part);
             };
             let real = |x: f32| x.to_le_bytes().to_vec();
-            [vec![2], real(0.5), real(0.5)].map(&mut put);
+            [vec![2], real(0.5), real(0.5)].into_iter().for_each(&mut put);
             for [x, y, z, w] in [[1.0_f32, 2.0, 3.0, 0.5], [4.0, 5.0, 6.0, 0.0]] {
                 let x = f64::from(x).to_le_bytes().to_vec();
-                [real(z), vec![255], x, vec![1], vec![1, 2], real(y), real(w)].map(&mut put);
+                let row = [real(z), vec![255], x, vec![1], vec![1, 2], real(y), real(w)];
+                row.into_iter().for_each(&mut put);
             }
             let format = if big { "binary_big_endian" } else { "binary_little_endian" };
             let whole = [HEADER.replace("ascii", format).as_bytes(), &bytes].concat();
@@ -382,8 +395,11 @@ mod tests {
             assert!(message.contains(expected), "{message}");
         }
         let bare = text.replace("weight", "w8");
-        assert!(read(bare.as_bytes(), true).expect_err("refused").to_string().contains("no weights"));
-        let endless = "ply\nformat binary_big_endian 1.0\nelement a 18446744073709551615\nend_header\n";
+        assert!(
+            read(bare.as_bytes(), true).expect_err("refused").to_string().contains("no weights")
+        );
+        let endless =
+            "ply\nformat binary_big_endian 1.0\nelement a 18446744073709551615\nend_header\n";
         assert!(refusal(endless.as_bytes()).contains("no element vertex"));
     }
 }

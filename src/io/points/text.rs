@@ -37,7 +37,11 @@ pub(super) fn recognise(head: &[u8]) -> bool {
 }
 
 /// Reads points, however many columns they have.
-pub(super) fn parse(path: &Path, text: &mut impl BufRead, options: &PointOptions) -> Result<Points> {
+pub(super) fn parse(
+    path: &Path,
+    text: &mut impl BufRead,
+    options: &PointOptions,
+) -> Result<Points> {
     let mut reader = Reader::new(path, *options);
     let mut bytes = Vec::new();
     loop {
@@ -295,7 +299,9 @@ mod tests {
             assert_eq!(weighted(text).expect("points"), expected, "{text}");
         }
         assert!(weighted("1 2 3\n").expect_err("none").to_string().contains("no weights here"));
-        assert!(weighted("x y z i\n1 2 3 4\n").expect_err("none").to_string().contains("p.xyz:1: "));
+        assert!(
+            weighted("x y z i\n1 2 3 4\n").expect_err("none").to_string().contains("p.xyz:1: ")
+        );
         assert_eq!(points("1 2 3\n4 5 6").expect("points").weights, [1.0, 1.0]);
     }
 
@@ -315,14 +321,20 @@ mod tests {
             "//a cloud\n1\t-2\t0.3\ttree\n.5\t0\t1\t-\n",
         ] {
             let found = points(text).expect("points");
-            assert_eq!((&found.positions[..], &found.weights[..]), (&expected[..], &[1.0; 2][..]), "{text}");
+            assert_eq!(
+                (&found.positions[..], &found.weights[..]),
+                (&expected[..], &[1.0; 2][..]),
+                "{text}"
+            );
         }
         assert_eq!(points("z,W,y,x\n3,5,2,1\n").expect("points").weights, [5.0]);
     }
 
     #[test]
     fn points_are_told_by_their_first_line() {
-        for text in ["1 2 3\n", "# a scan\n\n1, 2, 3, 0.5\n", "id;x;y;z\n", "1 2 3", "9\r\n1 2 3 4 5\r\n"] {
+        for text in
+            ["1 2 3\n", "# a scan\n\n1, 2, 3, 0.5\n", "id;x;y;z\n", "1 2 3", "9\r\n1 2 3 4 5\r\n"]
+        {
             assert!(recognise(text.as_bytes()), "{text}");
         }
         for text in ["", "# nothing\n", "1 2\n", "9\n", "a,b,c\n", "v 1 2 3\n", "1 2 x\n"] {
@@ -357,7 +369,9 @@ mod tests {
         ] {
             assert!(refusal(text).starts_with(place), "{}", refusal(text));
         }
-        let error = parse(Path::new("p.xyz"), &mut &b"1 2 3\n\xff\xfe\0"[..], &PointOptions::default()).expect_err("binary");
+        let error =
+            parse(Path::new("p.xyz"), &mut &b"1 2 3\n\xff\xfe\0"[..], &PointOptions::default())
+                .expect_err("binary");
         assert!(error.to_string().starts_with("p.xyz:2:1: this is not text"), "{error}");
     }
 }
