@@ -11,6 +11,8 @@ use harmolux::fit::{mesh_bytes, parametric_mesh, series_bytes};
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, spharm_pdm};
 use harmolux::io::input::Input;
 use harmolux::io::meshes;
+use harmolux::io::points::{self, PointOptions};
+use harmolux::math::Aabb;
 use harmolux::mesh::{Mesh, MeshReport};
 use harmolux::sh::{Convention, least, positions, range, volume};
 use harmolux::{Error, Result};
@@ -19,10 +21,10 @@ use serde_json::{Value, json};
 use crate::common::advice;
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
-use crate::common::inputs::series_format;
+use crate::common::inputs::{holds_points, series_format};
 use crate::common::say::{self, point};
 
-/// Say what a mesh or coefficient file holds
+/// Say what a mesh, coefficient or point file holds
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux info head.obj
@@ -30,7 +32,7 @@ use crate::common::say::{self, point};
   harmolux info topo.sh --normalisation ortho --csphase -1 --unit km
   harmolux info cells.csv --row 7 --unit um")]
 pub(crate) struct Info {
-    /// A mesh or coefficients, of any format that is read here
+    /// A mesh, coefficients or points, of any format that is read here
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) reading: SeriesReading,
@@ -40,16 +42,46 @@ pub(crate) struct Info {
 pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
     let mut input = Input::open(&verb.file)?;
     let options = verb.reading.options();
+    if options.format.is_none() && is_cloud(&mut input)? {
+        return Ok(show(&points(input)?, as_json));
+    }
     let found = match series_format(&mut input, &options)? {
         Some(format) => coefficient_file(input, format, &options)?,
         None => mesh(&meshes::read_input(input)?.0, "triangle mesh"),
     };
+    Ok(show(&found, as_json))
+}
+
+fn show(found: &Found, as_json: bool) -> Code {
     if as_json {
         say::json(&found.value);
     } else {
         say::pairs(&found.lines);
     }
-    Ok(found.code)
+    found.code
+}
+
+/// Whether a file holds points and nothing that coefficients have.
+fn is_cloud(input: &mut Input) -> Result<bool> {
+    let length = input.length();
+    let head = input.ahead()?;
+    let has_sign = points::is_marked(head) || coefficients::recognise_content(head, length).is_none();
+    Ok(has_sign && holds_points(input)?)
+}
+
+/// Tells of a file of points.
+fn points(input: Input) -> Result<Found> {
+    let cloud = points::read_input(input, &PointOptions::default())?.0;
+    let bounds = Aabb::of_points(cloud.positions.iter().copied());
+    let count = cloud.positions.len();
+    let lines = vec![
+        ("kind", "points".to_owned()),
+        ("size", format!("{count} points")),
+        ("bounds", format!("{} to {}", point(bounds.min), point(bounds.max))),
+    ];
+    let bounds = [bounds.min.to_array(), bounds.max.to_array()];
+    let value = json!({ "kind": "points", "points": count, "bounds": bounds });
+    Ok(Found { lines, value, code: Code::Done })
 }
 
 /// What is said of a file.

@@ -14,7 +14,7 @@ use harmolux::fit::Shape;
 use harmolux::fit::{
     Fit as MeshFit, FitSettings, FoldPolicy, PointFit, Projection, Source, fit, fit_points,
 };
-use harmolux::io::coefficients::Tolerance;
+use harmolux::io::coefficients::{self, SeriesFormat, Tolerance};
 use harmolux::io::input::Input;
 use harmolux::io::points::PointOptions;
 use harmolux::sh::Filter;
@@ -150,6 +150,15 @@ pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<(Fitted, Source)> {
             read_points(input, &PointOptions { weights: verb.weights }, &verb.habits)?;
         let fitted = fit_points(&cloud, &settings(verb, ProjectionName::LeastSquares));
         return fitted.map(|f| (Fitted::Points(f), source)).map_err(|e| about(path, e));
+    }
+    let length = input.length();
+    let series = coefficients::recognise_content(input.ahead()?, length);
+    if series.is_some_and(|format| format != SeriesFormat::SpharmPdm) {
+        let text = format!(
+            "{}: these are coefficients already: `harmolux convert -l` cuts them at a degree",
+            path.display()
+        );
+        return Err(Error::Parameter(text));
     }
     if verb.weights {
         let text = format!("{}: a mesh has no weights: leave out `--weights`", path.display());
