@@ -37,7 +37,7 @@ const PER_BYTE_OF_OTHERS: usize = 256;
 pub(crate) type Target = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub(crate) const TARGETS: [Target; 24] = [
+pub(crate) const TARGETS: [Target; 26] = [
     ("obj", |data| mesh("mesh.obj", data)),
     ("ply", |data| mesh("mesh.ply", data)),
     ("stl", |data| mesh("mesh.stl", data)),
@@ -48,9 +48,11 @@ pub(crate) const TARGETS: [Target; 24] = [
     ("bshc", |data| series(SeriesFormat::Bshc, data)),
     ("npy", |data| series(SeriesFormat::Npy, data)),
     ("alm", |data| series(SeriesFormat::Alm, data)),
+    ("fits", |data| series(SeriesFormat::Fits, data)),
     ("spharm_pdm", |data| series(SeriesFormat::SpharmPdm, data)),
     ("aics", |data| series(SeriesFormat::Aics, data)),
     ("shadr", |data| series(SeriesFormat::Shadr, data)),
+    ("icgem", |data| series(SeriesFormat::Icgem, data)),
     ("binary", in_binary),
     ("compact", in_compact),
     ("scene", scene),
