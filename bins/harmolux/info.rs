@@ -65,7 +65,8 @@ fn show(found: &Found, as_json: bool) -> Code {
 fn is_cloud(input: &mut Input) -> Result<bool> {
     let length = input.length();
     let head = input.ahead()?;
-    let has_sign = points::is_marked(head) || coefficients::recognise_content(head, length).is_none();
+    let has_sign =
+        points::is_marked(head) || coefficients::recognise_content(head, length).is_none();
     Ok(has_sign && holds_points(input)?)
 }
 
