@@ -110,7 +110,8 @@ mod tests {
             fit_with_error(&at, &values, &vec![1.0; count], lmax, 0.0).expect("determined");
         let mut truth = Coefficients::zeros(2);
         truth.set(0, 0, 1.0 + 0.1 / 3.0, 0.0);
-        truth.set(1, 1, 0.05, 0.0);
+        // Order 1 is -sqrt(1/2) x here.
+        truth.set(1, 1, -0.05 * 2.0_f64.sqrt(), 0.0);
         truth.set(2, 0, 0.2 / 3.0, 0.0);
         assert!((Series::new(&truth).expect("low").value(at[0]) - radius(at[0])).abs() <= 1e-14);
         let off = difference(&c, &truth);

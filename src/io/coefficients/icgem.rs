@@ -157,9 +157,8 @@ mod tests {
         let c = read(TABLE, None).expect("read").coefficients;
         assert!(is_icgem(TABLE) && c.lmax() == 2 && c.mean() == 1.0);
         assert!((c.get(1, 0).0 - 0.5 * 3.0_f64.sqrt()).abs() <= 1e-15);
-        assert!((c.get(1, 1).1 + 0.125 * 3.0_f64.sqrt()).abs() <= 1e-15);
-        let plain =
-            read(&TABLE.replace("fully_", "un").replace("unnormalized", "unnormalized"), None);
+        assert!((c.get(1, 1).1 - 0.125 * 6.0_f64.sqrt()).abs() <= 1e-15);
+        let plain = read(&TABLE.replace("fully_", "un"), None);
         assert_eq!(plain.expect("read").coefficients.get(1, 0).0, 0.5);
         let centred = "max_degree 2\nend_of_head\ngfc 2 0 1 0\ngfc 2 1 0 0\ngfc 2 2 0 0\n";
         let c = read(centred, Some(Convention::default())).expect("read").coefficients;
