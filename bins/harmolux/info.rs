@@ -61,13 +61,16 @@ fn show(found: &Found, as_json: bool) -> Code {
     found.code
 }
 
-/// Whether a file holds points and nothing that coefficients have.
+/// Whether a file holds points: by their mark, else where neither content nor extension is that of
+/// coefficients (a table by its extension may be of points, too).
 fn is_cloud(input: &mut Input) -> Result<bool> {
-    let length = input.length();
+    let (path, length) = (input.path(), input.length());
     let head = input.ahead()?;
-    let has_sign =
-        points::is_marked(head) || coefficients::recognise_content(head, length).is_none();
-    Ok(has_sign && holds_points(input)?)
+    if points::is_marked(head) {
+        return Ok(true);
+    }
+    let named = SeriesFormat::of_extension(path).is_some() && !points::is_points(path);
+    Ok(!named && coefficients::recognise_content(head, length).is_none() && holds_points(input)?)
 }
 
 /// Tells of a file of points.
