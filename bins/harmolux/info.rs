@@ -75,7 +75,7 @@ fn is_cloud(input: &mut Input) -> Result<bool> {
 
 /// Tells of a file of points.
 fn points(input: Input) -> Result<Found> {
-    let cloud = points::read_input(input, &PointOptions::default())?.0;
+    let cloud = points::read_input(input, PointOptions::default())?.0;
     let bounds = Aabb::of_points(cloud.positions.iter().copied());
     let count = cloud.positions.len();
     let lines = vec![

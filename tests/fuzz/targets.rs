@@ -86,7 +86,7 @@ fn mesh(name: &str, data: &[u8]) {
 fn in_points(data: &[u8]) {
     for weights in [false, true] {
         let options = PointOptions { weights };
-        bounded(data, PER_BYTE_OF_OTHERS, |data| drop(points::parse(at("a.xyz"), data, &options)));
+        bounded(data, PER_BYTE_OF_OTHERS, |data| drop(points::parse(at("a.xyz"), data, options)));
     }
 }
 
@@ -284,7 +284,7 @@ fn mesh_to_fit(data: &[u8]) {
     if let Ok(fit) = fit(&mesh, &settings) {
         check(&Shape::new(fit.coefficients));
     }
-    if let Ok(points) = points::parse(at("a.xyz"), data, &PointOptions::default())
+    if let Ok(points) = points::parse(at("a.xyz"), data, PointOptions::default())
         && let Ok(fit) = fit_points(&points, &settings)
     {
         check(&Shape::new(fit.coefficients));

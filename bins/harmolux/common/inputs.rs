@@ -62,7 +62,7 @@ pub(crate) fn holds_points(input: &mut Input) -> Result<bool> {
 /// Reads a point file and turns it to metres, z up.
 pub(crate) fn read_points(
     input: Input,
-    options: &PointOptions,
+    options: PointOptions,
     habits: &MeshHabits,
 ) -> Result<(Points, Source)> {
     let (mut cloud, read) = points::read_input(input, options)?;

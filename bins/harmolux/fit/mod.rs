@@ -147,7 +147,7 @@ pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<(Fitted, Source)> {
     let mut input = Input::open(path)?;
     if holds_points(&mut input)? {
         let (cloud, source) =
-            read_points(input, &PointOptions { weights: verb.weights }, &verb.habits)?;
+            read_points(input, PointOptions { weights: verb.weights }, &verb.habits)?;
         let fitted = fit_points(&cloud, &settings(verb, ProjectionName::LeastSquares));
         return fitted.map(|f| (Fitted::Points(f), source)).map_err(|e| about(path, e));
     }

@@ -85,7 +85,9 @@ fn ringing(verb: &Fit, fit: &MeshFit) -> Option<String> {
 
 /// Prints the report.
 pub(crate) fn print(verb: &Fit, fitted: &Fitted, elapsed: Duration, as_json: bool) {
-    warnings(verb, fitted).iter().for_each(|warning| say::warning(warning));
+    for warning in warnings(verb, fitted) {
+        say::warning(&warning);
+    }
     if as_json {
         let mut report = match fitted {
             Fitted::Mesh(fit) => mesh_json(fit),

@@ -91,8 +91,7 @@ fn check_real(array: &Array, n: usize, normalisation: Normalisation) -> Result<(
         let mirrored = if m == 0 { (re, im) } else { array.at(&[1, l, m]) };
         let sign = if m % 2 == 0 { 1.0 } else { -1.0 };
         let apart = size((mirrored.0 - sign * re, mirrored.1 + sign * im));
-        // A NaN must fail, too.
-        !(apart <= ROUNDING * largest)
+        apart.is_nan() || apart > ROUNDING * largest
     };
     match places().find(off) {
         Some((l, m)) => Err(format!(

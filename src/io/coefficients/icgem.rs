@@ -19,6 +19,9 @@ use crate::sh::{CondonShortley, Convention, Normalisation};
 
 const END: &str = "end_of_head";
 
+/// A degree and an order.
+type Place = (usize, usize);
+
 /// Reads a table; `path` is for messages. Memory is bound by the size of the text.
 ///
 /// # Errors
@@ -65,7 +68,7 @@ pub(super) fn is_icgem(head: &str) -> bool {
 }
 
 /// Finds the first place from degree 2 on that has no row.
-fn lacking(lmax: usize, found: &HashMap<(usize, usize), (f64, f64)>) -> Option<(usize, usize)> {
+fn lacking(lmax: usize, found: &HashMap<Place, (f64, f64)>) -> Option<Place> {
     let places = (2..=lmax).flat_map(|l| (0..=l).map(move |m| (l, m)));
     places.into_iter().find(|place| !found.contains_key(place))
 }
@@ -114,7 +117,7 @@ impl Header {
 }
 
 /// Reads a row: its degree and order, its coefficients.
-fn row(line: &str) -> Result<((usize, usize), (f64, f64)), String> {
+fn row(line: &str) -> Result<(Place, (f64, f64)), String> {
     let mut words = line.split_whitespace();
     let key = words.next().unwrap_or("");
     if ["trnd", "dot", "acos", "asin"].contains(&key) {

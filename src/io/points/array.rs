@@ -14,7 +14,7 @@ pub(super) fn is_rows(head: &[u8]) -> bool {
 }
 
 /// Reads the rows of an array, numbers of either width and order of axes and bytes.
-pub(super) fn parse(path: &Path, bytes: &[u8], options: &PointOptions) -> Result<Points> {
+pub(super) fn parse(path: &Path, bytes: &[u8], options: PointOptions) -> Result<Points> {
     let array = Array::parse(path, bytes)?;
     let rows = match *array.shape.as_slice() {
         [rows, 3..=MOST_COLUMNS] if !array.complex => rows,
@@ -47,7 +47,7 @@ mod tests {
     use glam::DVec3;
 
     fn read(bytes: &[u8], weights: bool) -> Result<Points> {
-        super::super::parse(Path::new("p.npy"), bytes, &PointOptions { weights })
+        super::super::parse(Path::new("p.npy"), bytes, PointOptions { weights })
     }
 
     #[test]

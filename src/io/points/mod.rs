@@ -49,7 +49,7 @@ pub fn recognise(head: &[u8]) -> bool {
 ///
 /// # Errors
 /// [`Error::Io`] when the file cannot be read; [`Error::Input`] with the place of what is no point.
-pub fn read(path: &Path, options: &PointOptions) -> Result<Points> {
+pub fn read(path: &Path, options: PointOptions) -> Result<Points> {
     Ok(read_input(Input::open(path)?, options)?.0)
 }
 
@@ -57,7 +57,7 @@ pub fn read(path: &Path, options: &PointOptions) -> Result<Points> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_input(mut input: Input, options: &PointOptions) -> Result<(Points, FilesRead)> {
+pub fn read_input(mut input: Input, options: PointOptions) -> Result<(Points, FilesRead)> {
     let points = parse(input.path(), &mut input, options)?;
     Ok((points, input.finish()?))
 }
@@ -66,7 +66,7 @@ pub fn read_input(mut input: Input, options: &PointOptions) -> Result<(Points, F
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(path: &Path, mut from: impl BufRead, options: &PointOptions) -> Result<Points> {
+pub fn parse(path: &Path, mut from: impl BufRead, options: PointOptions) -> Result<Points> {
     let head = from.fill_buf().map_err(|e| Error::io(path, "read", e))?;
     let points = if head.starts_with(npy::MAGIC) {
         array::parse(path, &memory::read_to_end(path, from)?, options)

@@ -26,11 +26,7 @@ pub(super) fn is_cloud(head: &[u8]) -> bool {
 }
 
 /// Reads the vertices; what comes after them is not looked at.
-pub(super) fn parse(
-    path: &Path,
-    from: &mut impl BufRead,
-    options: &PointOptions,
-) -> Result<Points> {
+pub(super) fn parse(path: &Path, from: &mut impl BufRead, options: PointOptions) -> Result<Points> {
     let header = Header::read(path, from)?;
     let Header { encoding, end, lines, .. } = header;
     let mut rows = Rows { path, from, encoding, end, line: lines };
@@ -52,7 +48,7 @@ const DECLARE: &str = "points are vertices with x, y and z, as in `property floa
 fn vertices(
     rows: &mut Rows<'_, impl BufRead>,
     element: &Element,
-    options: &PointOptions,
+    options: PointOptions,
 ) -> Result<Points> {
     let place = |names: &[&str]| {
         let is = |p: &Property| p.list.is_none() && names.contains(&p.name.as_str());
@@ -308,7 +304,7 @@ mod tests {
     use glam::DVec3;
 
     fn read(bytes: &[u8], weights: bool) -> Result<Points> {
-        super::super::parse(Path::new("p.ply"), bytes, &PointOptions { weights })
+        super::super::parse(Path::new("p.ply"), bytes, PointOptions { weights })
     }
 
     fn refusal(bytes: &[u8]) -> String {

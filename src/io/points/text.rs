@@ -37,12 +37,8 @@ pub(super) fn recognise(head: &[u8]) -> bool {
 }
 
 /// Reads points, however many columns they have.
-pub(super) fn parse(
-    path: &Path,
-    text: &mut impl BufRead,
-    options: &PointOptions,
-) -> Result<Points> {
-    let mut reader = Reader::new(path, *options);
+pub(super) fn parse(path: &Path, text: &mut impl BufRead, options: PointOptions) -> Result<Points> {
+    let mut reader = Reader::new(path, options);
     let mut bytes = Vec::new();
     loop {
         bytes.clear();
@@ -84,7 +80,7 @@ impl<'a> Reader<'a> {
         if line.fields.is_empty() {
             if self.columns.is_none() {
                 let names = Line { fields: fields(line.comment), text: line.comment, ..line };
-                self.remarked = names.header(&self.options).ok().or(self.remarked.take());
+                self.remarked = names.header(self.options).ok().or(self.remarked.take());
             }
             return Ok(());
         }
@@ -95,12 +91,12 @@ impl<'a> Reader<'a> {
         let columns = match &self.columns {
             Some(columns) => columns,
             None if line.is_header() => {
-                self.columns = Some(line.header(&self.options)?);
+                self.columns = Some(line.header(self.options)?);
                 return Ok(());
             }
             None => {
                 let remarked = self.remarked.take().filter(|c| c.count == line.fields.len());
-                let columns = remarked.map_or_else(|| line.plain(&self.options), Ok)?;
+                let columns = remarked.map_or_else(|| line.plain(self.options), Ok)?;
                 self.columns.insert(columns)
             }
         };
@@ -176,7 +172,7 @@ impl<'a> Line<'a> {
         self.fields.iter().all(|(_, f)| real(f).is_none())
     }
 
-    fn header(&self, options: &PointOptions) -> Result<Columns> {
+    fn header(&self, options: PointOptions) -> Result<Columns> {
         let place = |names: &[&str]| {
             let is = |f: &&str| names.iter().any(|n| n.eq_ignore_ascii_case(f.trim_matches('"')));
             self.fields.iter().position(|(_, f)| is(f))
@@ -202,7 +198,7 @@ impl<'a> Line<'a> {
         Ok(Columns { position, weight, count: self.fields.len() })
     }
 
-    fn plain(&self, options: &PointOptions) -> Result<Columns> {
+    fn plain(&self, options: PointOptions) -> Result<Columns> {
         let count = self.fields.len();
         if !(3..=MOST_COLUMNS).contains(&count) {
             return Err(self.error(0, format!("a line of {count} fields is no point"), WANTED));
@@ -264,11 +260,11 @@ mod tests {
     use super::*;
 
     fn points(text: &str) -> Result<Points> {
-        super::super::parse(Path::new("p.xyz"), text.as_bytes(), &PointOptions::default())
+        super::super::parse(Path::new("p.xyz"), text.as_bytes(), PointOptions::default())
     }
 
     fn weighted(text: &str) -> Result<Points> {
-        super::super::parse(Path::new("p.xyz"), text.as_bytes(), &PointOptions { weights: true })
+        super::super::parse(Path::new("p.xyz"), text.as_bytes(), PointOptions { weights: true })
     }
 
     fn refusal(text: &str) -> String {
@@ -280,7 +276,7 @@ mod tests {
         for text in ["", "\n \n# nothing\n", "x,y,z\n"] {
             assert!(refusal(text).starts_with("p.xyz: no point stands"), "{text:?}");
         }
-        let read = |path| super::super::read(Path::new(path), &PointOptions::default());
+        let read = |path| super::super::read(Path::new(path), PointOptions::default());
         assert!(read("/no/such.xyz").is_err());
         assert!(read("/").expect_err("a folder").to_string().contains("folder"));
     }
@@ -370,7 +366,7 @@ mod tests {
             assert!(refusal(text).starts_with(place), "{}", refusal(text));
         }
         let error =
-            parse(Path::new("p.xyz"), &mut &b"1 2 3\n\xff\xfe\0"[..], &PointOptions::default())
+            parse(Path::new("p.xyz"), &mut &b"1 2 3\n\xff\xfe\0"[..], PointOptions::default())
                 .expect_err("binary");
         assert!(error.to_string().starts_with("p.xyz:2:1: this is not text"), "{error}");
     }
