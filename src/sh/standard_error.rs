@@ -1,11 +1,11 @@
 //! How far the scatter of samples leaves a least-squares series from the truth.
 //!
-//! With s^2 the mean square of a sample of weight 1 about the series and N the normal matrix, damped
-//! as it was solved, the coefficients have the covariance s^2 N^-1, and the value towards omega the
-//! variance s^2 y^T N^-1 y, y the basis there. Its integral over the sphere is s^2 tr(N^-1), which a
-//! Gauss-Legendre grid gives exactly. Where samples leave a gap N has small eigenvalues, and the
-//! variance there is large, however well the series meets the samples. What damping takes off the
-//! truth is not in it.
+//! With s^2 the mean square of a sample of weight 1 about the series and N the normal matrix,
+//! damped as it was solved, the coefficients have the covariance s^2 N^-1, and the value towards
+//! omega the variance s^2 y^T N^-1 y, y the basis there. Its integral over the sphere is s^2
+//! tr(N^-1), which a Gauss-Legendre grid gives exactly. Where samples leave a gap N has small
+//! eigenvalues, and the variance there is large, however well the series meets the samples. What
+//! damping takes off the truth is not in it.
 
 use std::f64::consts::PI;
 
@@ -36,7 +36,8 @@ pub struct StandardError {
 }
 
 impl StandardError {
-    /// Spreads the variance of a sample over the sphere; `lower` is the factor of the normal matrix.
+    /// Spreads the variance of a sample over the sphere; `lower` is the factor of the normal
+    /// matrix.
     pub(super) fn of(lower: &DMatrix<f64>, basis: &Basis, variance: f64) -> Self {
         let grid = Grid::minimal((2 * basis.lmax()).clamp(8, FINEST));
         let on_grid = (0..grid.len()).map(|i| (grid.direction(i), grid.solid_angle(i)));

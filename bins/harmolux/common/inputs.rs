@@ -43,8 +43,8 @@ pub(crate) fn source(path: &Path) -> Result<Source> {
     Ok(Input::open_file(path)?.finish()?.file.source())
 }
 
-/// Whether a file holds points: its content has their mark, its name says it, or its beginning where
-/// that is neither of a mesh nor of coefficients.
+/// Whether a file holds points: its content has their mark, its name says it, or its beginning
+/// where that is neither of a mesh nor of coefficients.
 pub(crate) fn holds_points(input: &mut Input) -> Result<bool> {
     let (path, length) = (input.path(), input.length());
     let head = input.ahead()?;

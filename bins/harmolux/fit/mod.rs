@@ -36,8 +36,8 @@ use crate::common::values::{point, tolerance};
 /// fitted into a folder, with one table of all, fits.csv, which grows as they are done: a run that
 /// was ended goes on when it is started again; --force begins anew. Points are fitted by least
 /// squares, about the origin if it lies within their bounds, else about their mean: x y z a line or
-/// columns of these names (.xyz, .pts, .asc, .txt, .csv), PLY without faces, rows of an array (.npy);
-/// intensities, colours and normals beside them are passed over.
+/// columns of these names (.xyz, .pts, .asc, .txt, .csv), PLY without faces, rows of an array
+/// (.npy); intensities, colours and normals beside them are passed over.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux fit head.obj -l 32 -o head.txt

@@ -50,8 +50,8 @@ mod tests {
         let exact = 4.0 / 3.0 * PI * 6.0;
         for axes in [[1.0, 2.0, 3.0], [-1.0, 2.0, 3.0]] {
             let mesh = parametric_mesh(&of(axes)).expect("low");
-            // Of the sphere itself faces of 2 degrees leave 4e-4 out, and so of what it is stretched
-            // to.
+            // Of the sphere itself faces of 2 degrees leave 4e-4 out, and so of what it is
+            // stretched to.
             let lost = 1.0 - mesh.volume() / exact;
             assert!((1e-4..=1e-3).contains(&lost), "{lost}");
             assert!(MeshReport::of(&mesh).is_closed());

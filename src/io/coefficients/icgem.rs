@@ -4,8 +4,8 @@
 //!
 //! Numbers are taken as they stand: `radius` and `earth_gravity_constant` are what a gravity field
 //! is made of, and no part of a shape. Degrees 0 and 1 may lack, as they do where heights or a
-//! field are about a centre of mass. Terms that change with time are refused but for the static part
-//! of `gfct`.
+//! field are about a centre of mass. Terms that change with time are refused but for the static
+//! part of `gfct`.
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -11,8 +11,9 @@
 //! The first number is that of the triples, (n+1)^2 for degree n; they come degree by degree, order
 //! 0, then cosine and sine of each order. The basis is orthonormal with the Condon-Shortley phase
 //! and without sqrt(2): A sqrt(4 pi/(2l+1)), whatever the order. A radial shape of degree lmax
-//! about a centre is exactly such a set of degree lmax + 1 (`sh::positions`). Most sets of SPHARM-PDM
-//! are of other surfaces, which are read as meshes. It writes six decimals; we write 17 digits.
+//! about a centre is exactly such a set of degree lmax + 1 (`sh::positions`). Most sets of
+//! SPHARM-PDM are of other surfaces, which are read as meshes. It writes six decimals; we write 17
+//! digits.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -66,9 +67,9 @@ fn factor(l: usize) -> f64 {
 /// Reads a set, and finds its radius and centre. Memory is bound by the size of the text.
 ///
 /// # Errors
-/// [`Error::Input`]: not UTF-8, braces or numbers that are missing or too many, a number that is not
-/// finite, a number of triples that is no square or not the announced one, a set that is no radial
-/// shape (with its residual).
+/// [`Error::Input`]: not UTF-8, braces or numbers that are missing or too many, a number that is
+/// not finite, a number of triples that is no square or not the announced one, a set that is no
+/// radial shape (with its residual).
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let format = SeriesFormat::SpharmPdm;
     agreed(path, "a SPHARM-PDM file is always", format.convention(), options.convention)?;

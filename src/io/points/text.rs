@@ -1,10 +1,10 @@
 //! Points as text: x y z and whatever else they have, a point a line.
 //!
-//! Columns are apart by semicolons, commas, or tabs and spaces; `#` and, at the beginning of a line,
-//! `//` start a comment. A first line of names, in a comment or not, says which columns are x, y, z
-//! and weight; those of the axes of an image (axis-0, axis-1, axis-2, as napari names them) are x,
-//! y, z in this order. Other columns are passed over. A line of one whole number before points says
-//! how many they are (.pts).
+//! Columns are apart by semicolons, commas, or tabs and spaces; `#` and, at the beginning of a
+//! line, `//` start a comment. A first line of names, in a comment or not, says which columns are
+//! x, y, z and weight; those of the axes of an image (axis-0, axis-1, axis-2, as napari names them)
+//! are x, y, z in this order. Other columns are passed over. A line of one whole number before
+//! points says how many they are (.pts).
 
 use std::io::BufRead;
 use std::path::Path;
