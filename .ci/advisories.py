@@ -5,6 +5,7 @@ only inform ("notice")."""
 import re
 import subprocess
 import sys
+import textwrap
 import tomllib
 from pathlib import Path
 
@@ -54,8 +55,8 @@ def main():
     names = [n for n in sys.stdin.read().split() if n not in ("harmolux", "harmolux-fuzz")]
     day = subprocess.check_output(["git", "-C", base, "log", "-1", "--format=%cs"], text=True)
     print(f"# Of the RustSec database as of {day.strip()}, made by `.ci/audit --renew`.")
-    for start in range(0, len(names), 10):
-        print("known", *names[start : start + 10])
+    for line in textwrap.wrap(" ".join(names), 94, break_on_hyphens=False):
+        print("known", line)
     for name in names:
         for path in sorted((base / "crates" / name).glob("RUSTSEC-*.md")):
             text = path.read_text(encoding="utf-8")

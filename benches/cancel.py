@@ -1,75 +1,74 @@
-"""How soon a run ends when it is asked to, and how soon it first says what it is at.
+#!/usr/bin/env python3
+"""Measures how soon a run ends when it is asked to, and how soon it first says what it is at.
 
     cargo build --release
-    python3 benches/cancel.py target/release/harmolux [--quick]
+    python3 benches/cancel.py [HARMOLUX] [--quick]
 
-For each case and moment (seconds after the start) a run gets SIGINT once. Columns: when its first line came on stderr (- when it was interrupted before), the seconds from the signal to its end, the
-exit code, and the bytes that it left. Runs that hold results in memory save them before they end; the seconds of that are in the table. `--quick` takes sizes a tenth as large each way. Needs nothing
-but Python.
+HARMOLUX is target/release/harmolux unless it is named. For each case and moment (seconds after the
+start) a run gets SIGINT once. Columns: when its first line came on stderr (- when it was
+interrupted before), the seconds from the signal to its end, the exit code, and the bytes that it
+left. Runs that hold results in memory save them before they end; the seconds of that are in the
+table. `--quick` takes sizes a tenth as large each way. Needs nothing but Python.
 """
-import json, os, shutil, signal, subprocess, sys, tempfile, threading, time
 
-if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
-    sys.exit(__doc__)
-TOOL, QUICK = os.path.abspath(sys.argv[1]), "--quick" in sys.argv
-HEAD = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../data/head.obj")
-SIDE, PIXELS, DEGREE, FIT = (100, 410, 60, 64) if QUICK else (1000, 4096, 300, 200)
-ROOM = """format = 1
-[materials.grey.lambert]
-reflectance = 0.5
-[objects.room.box]
-min = [0, 0, 0]
-max = [8, 6, 3]
-inward = true
-material = "grey"
-[lights.lamp.point]
-at = [4, 3, 2.9]
-intensity = 1000
-"""
-SENSORS = f'[sensors.floor.grid]\non = "room.z_min"\ncount = [{SIDE}, {SIDE}]\n[illum]\nstop = {{ walks = 1000000000 }}\n'
-CAMERA = f"[cameras.main.perspective]\nfrom = [1, 1, 1.5]\nto = [4, 3, 1]\nfov = 60\nresolution = [{PIXELS}, {PIXELS}]\n[render]\nstop = {{ walks = 1000000 }}\n"
-BODY = f'[objects.head.sh]\nfile = {json.dumps(os.path.abspath(HEAD))}\ndegree = {DEGREE}\nat = [4, 3, 1]\nmaterial = "grey"\n'
+import shutil
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+from pathlib import Path
 
-folder = tempfile.TemporaryDirectory()
+from common import CAMERA, ROOM, SENSOR, body, grid, parser, put
+
+HEAD = Path(__file__).resolve().parent.parent / "data/head.obj"
+HEADS = [f"head{i}.obj" for i in range(50)]
 
 
-def put(name, text):
-    with open(os.path.join(folder.name, name), "w") as file:
-        file.write(text)
+def fill(folder, side, pixels, degree):
+    """Puts the scenes and the meshes into a folder."""
+    picture = f"resolution = [{pixels}, {pixels}]\n[render]\nstop = {{ walks = 1000000 }}\n"
+    put(
+        folder,
+        {
+            "sensors.toml": ROOM + grid(side) + "[illum]\nstop = { walks = 1000000000 }\n",
+            "picture.toml": ROOM + CAMERA + picture,
+            "body.toml": ROOM + body("head0.obj", degree) + SENSOR,
+        },
+    )
+    for name in HEADS:
+        shutil.copy(HEAD, folder / name)
 
 
-put("sensors.toml", ROOM + SENSORS)
-put("picture.toml", ROOM + CAMERA)
-put("body.toml", ROOM + BODY + "[sensors.one.points]\nat = [[1, 1, 0]]\nnormal = [0, 0, 1]\n")
-for i in range(50):
-    shutil.copy(HEAD, os.path.join(folder.name, f"head{i}.obj"))
-heads = [f"head{i}.obj" for i in range(50)]
-CASES = [
-    (f"illum, {SIDE}^2 sensors", ["illum", "sensors.toml", "-o", "out.csv"], [0.5, 3, 10, 60]),
-    (f"render, {PIXELS}^2 pixels", ["render", "picture.toml", "-o", "out.exr"], [0.5, 3, 10, 60, 180]),
-    (f"start-up, SH of degree {DEGREE}", ["illum", "body.toml"], [0.5, 3, 10]),
-    (f"fit, degree {FIT}", ["fit", "head0.obj", "-l", str(FIT), "-o", "out.txt"], [0.5, 3, 6]),
-    ("sweep, degree 2 to 100", ["sweep", "head0.obj", "-l", "2..100", "-o", "out"], [0.5, 3, 10]),
-    ("fit of 50 meshes", ["fit", *heads, "-l", "32", "-o", "out"], [0.5, 2]),
-]
+def cases(side, pixels, degree, fitted):
+    """Lists each case: its name, the words of the command, and the moments."""
+    render = ["render", "picture.toml", "-o", "out.exr"]
+    fit = ["fit", "head0.obj", "-l", str(fitted), "-o", "out.txt"]
+    sweep = ["sweep", "head0.obj", "-l", "2..100", "-o", "out"]
+    yield f"illum, {side}^2 sensors", ["illum", "sensors.toml", "-o", "out.csv"], [0.5, 3, 10, 60]
+    yield f"render, {pixels}^2 pixels", render, [0.5, 3, 10, 60, 180]
+    yield f"start-up, SH of degree {degree}", ["illum", "body.toml"], [0.5, 3, 10]
+    yield f"fit, degree {fitted}", fit, [0.5, 3, 6]
+    yield "sweep, degree 2 to 100", sweep, [0.5, 3, 10]
+    yield "fit of 50 meshes", ["fit", *HEADS, "-l", "32", "-o", "out"], [0.5, 2]
 
 
-def clear():
-    for name in os.listdir(folder.name):
-        if name.startswith("out"):
-            path = os.path.join(folder.name, name)
-            shutil.rmtree(path) if os.path.isdir(path) else os.remove(path)
+def clear(folder):
+    """Removes what a run left."""
+    for path in folder.glob("out*"):
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
-def left():
-    paths = (os.path.join(at, name) for at, _, names in os.walk(folder.name) for name in names)
-    return sum(os.path.getsize(p) for p in paths if os.path.relpath(p, folder.name).startswith("out"))
+def left(folder):
+    """Returns the bytes that a run left."""
+    found = [path for top in folder.glob("out*") for path in (top, *top.rglob("*"))]
+    return sum(path.stat().st_size for path in found if path.is_file())
 
 
-def cancelled(command, after):
-    """When the first line came, the seconds from the signal to the end, and the exit code."""
-    clear()
-    run = subprocess.Popen([TOOL, *command], cwd=folder.name, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+def cancelled(command, folder, after):
+    """Returns when the first line came, the seconds from the signal to the end, the exit code."""
+    clear(folder)
+    run = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     started, lines = time.monotonic(), []
 
     def listen():
@@ -88,9 +87,24 @@ def cancelled(command, after):
     return first, seconds, code
 
 
-print(f"{'case':<32}{'moment':>8}{'first line':>12}{'end after':>11}{'code':>6}{'left, bytes':>15}")
-for name, command, moments in CASES:
-    for moment in moments:
-        first, seconds, code = cancelled(command, moment)
-        said = "-" if first is None else f"{first:.1f} s"
-        print(f"{name:<32}{moment:>6} s{said:>12}{seconds:>9.2f} s{code:>6}{left():>15}", flush=True)
+def main():
+    arguments = parser(__doc__)
+    arguments.add_argument("--quick", action="store_true", help="sizes a tenth as large each way")
+    given = arguments.parse_args()
+    # Runs inherit what is ignored, as where this runs in a script's background job.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    side, pixels, degree, fitted = (100, 410, 60, 64) if given.quick else (1000, 4096, 300, 200)
+    print("case                              moment  first line  end after  code    left, bytes")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        fill(folder, side, pixels, degree)
+        for case, words, moments in cases(side, pixels, degree, fitted):
+            for moment in moments:
+                first, seconds, code = cancelled([given.tool, *words], folder, moment)
+                said = "-" if first is None else f"{first:.1f} s"
+                row = f"{case:<32}{moment:>6} s{said:>12}{seconds:>9.2f} s{code:>6}"
+                print(f"{row}{left(folder):>15}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

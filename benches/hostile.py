@@ -8,15 +8,16 @@ it was ended at the limit) and those of all processors, the exit code, and the f
 was said.
 """
 
-import argparse
 import os
 import random
 import subprocess
 import tempfile
 import time
-from pathlib import Path
+
+from common import ROOM, SENSOR, body, parser, put
 
 MANY = 2_000_000
+STOP = "[illum]\nstop = { walks = 256 }\n"
 
 PLY = """ply
 format ascii 1.0
@@ -33,38 +34,19 @@ property list uint int vertex_indices
 {}
 """
 
-SCENE = """format = 1
-[materials.grey.lambert]
-reflectance = 0.5
-[objects.room.box]
-min = [0, 0, 0]
-max = [4, 4, 4]
-inward = true
-material = "grey"
-[objects.body.sh]
-file = "body.txt"
-{}at = [2, 2, 2]
-material = "{}"
-[lights.lamp.point]
-at = [0.5, 0.5, 3.5]
-intensity = 100
-[sensors.floor.points]
-at = [[1, 1, 0]]
-normal = [0, 0, 1]
-[illum]
-stop = {{ walks = 256 }}
-"""
-
 
 def cube(size):
     """Returns a cube as OFF."""
-    corners = [f"{x * size} {y * size} {z * size}\n" for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]
+    corners = [
+        f"{x * size} {y * size} {z * size}\n" for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)
+    ]
     sides = ["0 2 3 1", "4 5 7 6", "0 1 5 4", "2 6 7 3", "0 4 6 2", "1 3 7 5"]
     return "OFF\n8 6 0\n" + "".join(corners) + "".join(f"4 {side}\n" for side in sides)
 
 
-def body(degree, size, wave):
-    """Returns coefficients as text: a mean radius, and `wave` of degree and order for the others."""
+def series(degree, size, wave):
+    """Returns coefficients as text: a mean radius, and `wave` of degree and order for the
+    others."""
     head = "# harmolux 0.1.0 coefficients\n# normalisation: 4pi\n# csphase: 1\n# unit: m\n"
     rows = [f"# centre: 0.0 0.0 0.0\n# lmax: {degree}\n0, 0, {size!r}, 0.0\n"]
     for l in range(1, degree + 1):
@@ -80,15 +62,15 @@ def inputs():
     layers = f"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n200 {cycle}\n"
     elements = "".join(f"element e{i} 0\n" for i in range(100_000))
     noise = random.Random(1)
-    flat = body(300, 1.0, lambda l: noise.uniform(-1, 1))
+    flat = series(300, 1.0, lambda l: noise.uniform(-1, 1))
     smooth = lambda l: 0.05 / (l + 1) ** 2
-    scene = lambda keys, material="grey": {
-        "body.txt": body(16, 0.5, smooth),
-        "scene.toml": SCENE.format(keys, material),
+    scene = lambda *shape: {
+        "body.txt": series(16, 0.5, smooth),
+        "scene.toml": ROOM + body("body.txt", *shape) + SENSOR + STOP,
     }
-    named = scene("degree = 16\n", "a" * 99_999 + "b")
+    named = scene(16, "", "a" * 99_999 + "b")
     named["scene.toml"] = named["scene.toml"].replace("grey", "a" * 100_000)
-    march = 'degree = 16\nintersector = "step-bisection"\nstep = 1e-12\n'
+    march = 'intersector = "step-bisection"\nstep = 1e-12\n'
     illum = ["illum", "scene.toml"]
     yield "coincident layers", {"a.off": layers}, ["check", "a.off"]
     yield "two long names", named, illum
@@ -103,19 +85,18 @@ def inputs():
     for size in [1e-100, 1e150]:
         for verb in [["check"], ["fit", "-l", "8", "-o", "out.txt"], ["diff", "a.off"]]:
             yield f"{verb[0]}, {size:g} m", {"a.off": cube(size)}, [verb[0], "a.off", *verb[1:]]
-        shape = {"a.txt": body(4, size, smooth)}
+        shape = {"a.txt": series(4, size, smooth)}
         yield f"mesh, {size:g} m", shape, ["mesh", "a.txt", "-o", "a.ply"]
         yield f"diff of shapes, {size:g} m", shape, ["diff", "a.txt", "a.txt"]
-    yield "degree 16", scene("degree = 16\n"), illum
-    yield "degree 1400 of a file of 16", scene("degree = 1400\n"), illum
-    yield "step 1e-12", scene(march), illum
+    yield "degree 16", scene(16), illum
+    yield "degree 1400 of a file of 16", scene(1400), illum
+    yield "step 1e-12", scene(16, march), illum
 
 
 def run(tool, files, words, limit):
     """Runs one case in a folder of its own; gives both times, the exit code and what was said."""
     with tempfile.TemporaryDirectory() as folder:
-        for name, text in files.items():
-            Path(folder, name).write_text(text)
+        put(folder, files)
         start, used = time.monotonic(), os.times().children_user
         try:
             done = subprocess.run([tool, *words], cwd=folder, capture_output=True, timeout=limit)
@@ -127,13 +108,11 @@ def run(tool, files, words, limit):
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    arguments.add_argument("tool", nargs="?", default="target/release/harmolux")
+    arguments = parser(__doc__)
     arguments.add_argument("--limit", type=float, default=60, help="seconds")
     given = arguments.parse_args()
-    tool = str(Path(given.tool).resolve())
     for name, files, words in inputs():
-        took, used, code, said = run(tool, files, words, given.limit)
+        took, used, code, said = run(given.tool, files, words, given.limit)
         print(f"{name:28} {took:>7} s {used:>7.2f} s  {code!s:2} {said}", flush=True)
 
 

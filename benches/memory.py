@@ -1,35 +1,29 @@
 #!/usr/bin/env python3
 """Runs every verb of harmolux on large inputs within limits of memory, and counts how it ends.
 
-    benches/memory.py [--binary FILE] [--way as|data|flag] [--megabytes 50,100,...] [--show]
+    benches/memory.py [HARMOLUX] [--way as|data|flag] [--megabytes 50,100,...] [--show]
 
 A run may end with what was asked for, or with a message and an exit code: never by a signal or a
 panic. The ways to limit: `as` is `ulimit -v`, `data` is `ulimit -d`, `flag` is `--max-memory`.
 """
 
-import argparse
 import collections
 import os
-import pathlib
 import resource
 import subprocess
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from common import CAMERA, ROOM, body, grid, parser, put
+
 ENVIRONMENT = {**os.environ, "RUST_BACKTRACE": "0"}
 LIMITS = "50,64,80,100,150,200,300,500,700,1000,2000,4000"
-SCENE = """\
-format = 1
-materials.white.lambert.reflectance = 0.7
-objects.room.box = { min = [0, 0, 0], max = [4, 5, 3], inward = true, material = "white" }
-lights.lamp.point = { at = [2, 2.5, 2.8], intensity = 200 }
-cameras.main.perspective = { from = [0, 1, 1], to = [3, 4, 1], fov = 60, resolution = [16, 16] }
-render.stop.time = "1s"
-illum.stop.time = "1s"
+STOPS = """resolution = [16, 16]
+[render]
+stop = { time = "1s" }
+[illum]
+stop = { time = "1s" }
 """
-GRID = 'sensors.floor.grid = { on = "room.z_min", count = [1000, 1000] }\n'
-HEAD = 'objects.head.sh = { file = "high.txt", degree = %s, at = [2, 2.5, 1.5], material = "white" }\n'
 VERBS = """\
 render room.toml --size 4096x4096 -o a.png --force
 render room.toml -o a.exr --force
@@ -56,16 +50,22 @@ random --power-law rms=0.05,exponent=4 -l 1000 -o a.txt --force
 """
 
 
-def run(binary, folder, words, way, megabytes):
+def run(tool, folder, words, way, megabytes):
     """Returns how a run ended, and what it said."""
     size = megabytes << 20
     kind = {"as": resource.RLIMIT_AS, "data": resource.RLIMIT_DATA}.get(way)
     bound = (lambda: resource.setrlimit(kind, (size, size))) if kind else None
     flag = [] if kind else ["--max-memory", f"{megabytes}M"]
     try:
-        done = subprocess.run([binary, *words, *flag], cwd=folder, preexec_fn=bound, timeout=300,
-                              env=ENVIRONMENT, capture_output=True,
-                              input=b"1 1 1 0 0 1\n" * 500_000 if words[0] == "probe" else b"")
+        done = subprocess.run(
+            [tool, *words, *flag],
+            cwd=folder,
+            preexec_fn=bound,
+            timeout=300,
+            env=ENVIRONMENT,
+            capture_output=True,
+            input=b"1 1 1 0 0 1\n" * 500_000 if words[0] == "probe" else b"",
+        )
     except subprocess.TimeoutExpired:
         return "time out", ""
     said = done.stderr.decode(errors="replace")
@@ -81,29 +81,29 @@ def run(binary, folder, words, way, megabytes):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--binary", default=ROOT / "target/release/harmolux", type=pathlib.Path)
-    parser.add_argument("--way", default="as", choices=["as", "data", "flag"])
-    parser.add_argument("--megabytes", default=LIMITS)
-    parser.add_argument("--resolution", default=180, type=int, help="of the mesh: 20 N^2 faces")
-    parser.add_argument("--degree", default=200, type=int, help="of the shape")
-    parser.add_argument("--show", action="store_true", help="the last line that each run said")
-    asked = parser.parse_args()
+    arguments = parser(__doc__)
+    arguments.add_argument("--way", default="as", choices=["as", "data", "flag"])
+    arguments.add_argument("--megabytes", default=LIMITS)
+    arguments.add_argument("--resolution", default=180, type=int, help="of the mesh: 20 N^2 faces")
+    arguments.add_argument("--degree", default=200, type=int, help="of the shape")
+    arguments.add_argument("--show", action="store_true", help="the last line that each run said")
+    asked = arguments.parse_args()
     limits = [int(number) for number in asked.megabytes.split(",")]
-    binary, total = asked.binary.resolve(), collections.Counter()
+    total = collections.Counter()
     with tempfile.TemporaryDirectory() as folder:
-        pathlib.Path(folder, "room.toml").write_text(SCENE)
-        pathlib.Path(folder, "grid.toml").write_text(SCENE + GRID)
-        pathlib.Path(folder, "head.toml").write_text(SCENE + HEAD % asked.degree)
-        start = lambda words: subprocess.run([binary, *words.split()], cwd=folder,
-                                             capture_output=True)
+        room = ROOM + CAMERA + STOPS
+        head = room + body("high.txt", asked.degree)
+        put(folder, {"room.toml": room, "grid.toml": room + grid(1000), "head.toml": head})
+        start = lambda words: subprocess.run(
+            [asked.tool, *words.split()], cwd=folder, capture_output=True
+        )
         start(f"random --power-law rms=0.05,exponent=4 -l {asked.degree} -o high.txt")
         start(f"mesh high.txt -o ball.ply --resolution {asked.resolution}")
         start("render room.toml --size 400x300 -D render.stop.time=20s -o large.exr")
         print("| run |", " | ".join(f"{limit} MB" for limit in limits), "|")
         print("|:---|" + "---:|" * len(limits))
         for verb in VERBS.splitlines():
-            ends = [run(binary, folder, verb.split(), asked.way, limit) for limit in limits]
+            ends = [run(asked.tool, folder, verb.split(), asked.way, limit) for limit in limits]
             print(f"| {verb} |", " | ".join(end for end, _ in ends), "|", flush=True)
             total.update(end for end, _ in ends)
             for limit, (end, said) in zip(limits, ends) if asked.show else ():

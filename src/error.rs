@@ -24,10 +24,10 @@ pub enum Error {
     #[error("{}", presented(.0))]
     Numeric(String),
     /// Something needs more memory than is free; says what would fit.
-    #[error("{0}")]
+    #[error("{}", presented(.0))]
     Memory(String),
     /// The operating system refused to read or write.
-    #[error("{}: cannot {action}: {source}", shown_path(path))]
+    #[error("{}: cannot {action}: {}", shown_path(path), presented(&source.to_string()))]
     Io {
         /// The file or folder concerned.
         path: PathBuf,
@@ -56,6 +56,8 @@ pub enum Advice {
     Overwrite,
     /// Begins a run anew instead of resuming its checkpoint; or does first what is named.
     BeginAnew(Option<&'static str>),
+    /// Repairs a mesh; fills its holes too, whose rims have so many edges at most.
+    Repair(Option<usize>),
     /// Keeps the largest piece of a mesh alone.
     KeepLargestPiece,
     /// Fits an envelope of a mesh with folds.
@@ -104,6 +106,10 @@ impl fmt::Display for Advice {
         match self {
             Self::Overwrite => write!(f, "choose another name, or have it replaced"),
             Self::BeginAnew(first) => write!(f, "{}begin anew", first.unwrap_or("")),
+            Self::Repair(None) => write!(f, "repair it"),
+            Self::Repair(Some(edges)) => {
+                write!(f, "repair it, and fill holes of up to {edges} edges")
+            }
             Self::KeepLargestPiece => write!(f, "keep one piece alone (the repair can)"),
             Self::FitEnvelope => write!(f, "an envelope fits a mesh with small folds"),
             Self::SkipCrossings => {
@@ -424,8 +430,9 @@ mod tests {
             InputError::new(path, format!("no `{evil}` here")).help(format!("not `{evil}`"));
         let geometry = Error::Geometry(format!("{evil}\n  help: write `z`"));
         assert!(geometry.to_string().ends_with("y\n  help: write `z`"), "{geometry}");
-        let read = Error::io(path, "read", std::io::Error::other("no"));
-        for error in [input.into(), geometry, read.advise(Advice::Overwrite)] {
+        let read = Error::io(path, "read", std::io::Error::other(evil.clone()));
+        let memory = Error::Memory(evil.clone());
+        for error in [input.into(), geometry, memory, read.advise(Advice::Overwrite)] {
             for text in [error.to_string(), error.told(&|_| "`-f`".to_owned())] {
                 let lines: Vec<&str> = text.lines().collect();
                 assert!(!text.contains('\x1b') && text.contains("\\u{1b}"), "{text}");

@@ -5,10 +5,11 @@
 //! a mesh, a header's counts) asks once for the sum.
 
 use std::fmt::Display;
-use std::io::{BufRead, Read};
+use std::io::{BufRead, ErrorKind, Read};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::error::shown_path;
 use crate::{Error, Result};
 
 /// The bytes that are given without a look at what is free.
@@ -24,7 +25,7 @@ pub fn limit(bytes: u64) {
     LIMIT.store(bytes, Ordering::Relaxed);
 }
 
-/// Returns the number of bytes that may still be taken: what the machine, its control group, the
+/// Returns the number of bytes that may still be taken: what the machine, the control groups, the
 /// limits of the process and [`limit`] leave. Only Linux tells the first three.
 pub fn free() -> u64 {
     let status = read("/proc/self/status");
@@ -33,16 +34,27 @@ pub fn free() -> u64 {
     let machine = read("/proc/meminfo");
     let available = kilobytes(&machine, "MemAvailable:")
         .map(|bytes| bytes.saturating_add(kilobytes(&machine, "SwapFree:").unwrap_or(0)));
-    let group = read("/sys/fs/cgroup/memory.max").trim().parse().ok();
     let bounds = [
         (Some(LIMIT.load(Ordering::Relaxed)), now("VmData:")),
         (soft_limit(&limits, "Max data size"), now("VmData:")),
         (soft_limit(&limits, "Max address space"), now("VmSize:")),
-        (group, now("VmRSS:")),
         (available, 0),
     ];
     let left = bounds.into_iter().filter_map(|(most, taken)| Some(most?.saturating_sub(taken)));
-    left.min().unwrap_or(u64::MAX)
+    left.chain(left_by_groups()).min().unwrap_or(u64::MAX)
+}
+
+/// Returns what the control group of the process leaves, and each that it is in.
+fn left_by_groups() -> Vec<u64> {
+    let groups = read("/proc/self/cgroup");
+    let own = groups.lines().find_map(|line| line.strip_prefix("0::/")).unwrap_or("");
+    let number = |folder: &Path, name: &str| read(folder.join(name)).trim().parse::<u64>().ok();
+    let left = |group: &Path| {
+        let folder = Path::new("/sys/fs/cgroup").join(group);
+        let most = number(&folder, "memory.max")?;
+        Some(most.saturating_sub(number(&folder, "memory.current")?))
+    };
+    Path::new(own).ancestors().filter_map(left).collect()
 }
 
 /// Returns the bound on the addresses of the process (`ulimit -v`), bytes; `None` where there is
@@ -87,25 +99,55 @@ pub fn read_to_end(path: &Path, reader: impl Read) -> Result<Vec<u8>> {
     let read = reader.take(most.saturating_add(1)).read_to_end(&mut bytes);
     read.map_err(|e| Error::io(path, "read", e))?;
     if bytes.len() as u64 > most || faults::strikes() {
-        let (path, most) = (path.display(), in_words(most as f64));
+        let (path, most) = (shown_path(path), in_words(most as f64));
         return Err(Error::Memory(format!(
-            "{path}: it does not end within {most}, a third of the memory that is free; take less"
+            "{path}: it does not end within {most}, a third of the memory that is free: take a \
+             smaller file, or free some"
         )));
     }
     Ok(bytes)
 }
 
-/// Adds the next line to `line`; returns the bytes that were read.
+/// Adds the next line to `line`, with its end: a line feed, a carriage return, or both. Returns the
+/// bytes that were read.
 ///
 /// # Errors
 /// What the reader says, and `FileTooLarge` for a line longer than [`MAX_LINE`].
 pub fn read_line(reader: &mut dyn BufRead, line: &mut Vec<u8>) -> std::io::Result<usize> {
-    let read = reader.take(MAX_LINE as u64).read_until(b'\n', line)?;
-    if read == MAX_LINE {
-        let said = format!("a line does not end within {}", in_words(MAX_LINE as f64));
-        return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, said));
+    let read = read_half_line(reader, line)?;
+    if read == 0 || line.last() != Some(&b'\r') || reader.fill_buf()?.first() != Some(&b'\n') {
+        return Ok(read);
     }
-    Ok(read)
+    reader.consume(1);
+    line.push(b'\n');
+    Ok(read + 1)
+}
+
+/// Adds the next line as [`read_line`] does, but leaves the line feed behind a carriage return.
+pub(crate) fn read_half_line(
+    reader: &mut dyn BufRead,
+    line: &mut Vec<u8>,
+) -> std::io::Result<usize> {
+    let start = line.len();
+    loop {
+        let read = line.len() - start;
+        let bytes = match reader.fill_buf() {
+            Ok(bytes) => &bytes[..bytes.len().min(MAX_LINE - read)],
+            Err(e) if e.kind() == ErrorKind::Interrupted => continue,
+            Err(e) => return Err(e),
+        };
+        let end = bytes.iter().position(|b| matches!(b, b'\n' | b'\r'));
+        let taken = end.map_or(bytes.len(), |end| end + 1);
+        line.extend_from_slice(&bytes[..taken]);
+        reader.consume(taken);
+        if end.is_some() || taken == 0 && read < MAX_LINE {
+            return Ok(read + taken);
+        }
+        if taken == 0 {
+            let said = format!("a line does not end within {}", in_words(MAX_LINE as f64));
+            return Err(std::io::Error::new(ErrorKind::FileTooLarge, said));
+        }
+    }
 }
 
 /// Writes a number of bytes in units of 1000, with three digits.
@@ -126,7 +168,7 @@ fn is_given(bytes: f64) -> bool {
     given
 }
 
-fn read(path: &str) -> String {
+fn read(path: impl AsRef<Path>) -> String {
     std::fs::read_to_string(path).unwrap_or_default()
 }
 
@@ -193,7 +235,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::fit::{FitSettings, Resolution, fit, tessellate};
+    use crate::fit::{Check, CheckSettings, FitSettings, Resolution, fit, tessellate};
+    use crate::mesh::{RepairSettings, repair};
     use crate::scene::Film;
     use crate::sh::{Coefficients, Grid, Transform};
     use crate::surface::{Intersector, MeshSurface, ShSurface};
@@ -224,6 +267,8 @@ mod tests {
             ("refined mesh", faults::in_turn(|| tessellate(&ball, DVec3::ZERO, finer))),
             ("rays at a mesh", faults::in_turn(|| MeshSurface::new(mesh.clone()))),
             ("rays at a shape", faults::in_turn(|| ShSurface::new(&ball, Intersector::default()))),
+            ("repair", faults::in_turn(|| repair(&mesh, &RepairSettings::default()))),
+            ("check", faults::in_turn(|| Check::of(&mesh, &CheckSettings::default()))),
             ("fit", faults::in_turn(|| fit(&mesh, &FitSettings::of_degree(4)))),
         ] {
             assert!(requests > 0, "{name}");
@@ -238,6 +283,25 @@ mod tests {
         let (mut two, mut line) = (&b"a\nb"[..], Vec::new());
         let reads: Vec<_> = (0..3).map(|_| read_line(&mut two, &mut line).expect("read")).collect();
         assert!(reads == [2, 1, 0] && line == b"a\nb");
+    }
+
+    #[test]
+    fn lines_end_at_feed_return_or_both() {
+        // A buffer of one byte: an end may be cut in two.
+        for capacity in [1, 64] {
+            let mut text = BufReader::with_capacity(capacity, &b"a\rb\r\n\n\rc\r"[..]);
+            let mut lines = Vec::new();
+            loop {
+                let mut line = Vec::new();
+                let read = read_line(&mut text, &mut line).expect("read");
+                assert_eq!(read, line.len());
+                if read == 0 {
+                    break;
+                }
+                lines.push(String::from_utf8(line).expect("text"));
+            }
+            assert_eq!(lines, ["a\r", "b\r\n", "\n", "\r", "c\r"]);
+        }
     }
 
     #[test]

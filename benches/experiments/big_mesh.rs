@@ -148,8 +148,9 @@ impl Ball {
     fn write_ply(&self, out: &mut impl Write) -> std::io::Result<()> {
         write!(
             out,
-            "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\n\
-             property double z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+            "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\n\
+             property double y\nproperty double z\nelement face {}\n\
+             property list uchar int vertex_indices\nend_header\n",
             self.vertices(),
             self.faces()
         )?;

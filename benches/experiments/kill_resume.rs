@@ -15,50 +15,33 @@ use std::time::{Duration, Instant};
 
 use harmolux::math::hash;
 
+#[expect(unreachable_pub, reason = "tests share it")]
+#[path = "../../tests/common/scenes.rs"]
+mod scenes;
+
+use scenes::{BALL, CAMERA, LAMP, ROOM};
+
 /// Of each scene.
 const KILLS: u32 = 25;
 
 const SIGNALS: [&str; 4] = ["HUP", "INT", "TERM", "KILL"];
 
-const SCENE: &str = r#"format = 1
-[materials.grey.lambert]
-reflectance = 0.6
-[objects.room.box]
-min = [0, 0, 0]
-max = [4, 5, 3]
-inward = true
-material = "grey"
-[objects.ball.sphere]
-centre = [2, 3, 1]
-radius = 0.7
-material = "grey"
-[lights.lamp.point]
-at = [1, 1, 2.5]
-intensity = 100
-[cameras.main.perspective]
-from = [2, 0.3, 1.5]
-to = [2, 3, 1]
-fov = 60
-resolution = [96, 72]
+/// How the room is rendered; what a scene adds follows.
+const RENDER: &str = "resolution = [96, 72]
 [render]
 checkpoint = 0.05
-"#;
+";
 
 /// The scenes: what is another in each, and what it ends with.
 const SCENES: [(&str, &str, &str, &str); 4] = [
     ("local", "", "", "stop = { relative_error = 0.005, walks = 8192 }"),
     ("path", "", "", "estimator = \"path\"\nstop = { walks = 2048 }"),
-    (
-        "lamp",
-        "[lights.lamp.point]\nat = [1, 1, 2.5]\nintensity = 100",
-        LAMP,
-        "stop = { walks = 4096 }",
-    ),
+    ("lamp", LAMP, SHINING, "stop = { walks = 4096 }"),
     ("crop", "fov = 60", "fov = 90", "crop = [20, 10, 80, 60]\nstop = { relative_error = 0.005 }"),
 ];
 
 /// A lamp with a size, and a mirror beside it.
-const LAMP: &str = r#"[materials.shining.lambert]
+const SHINING: &str = r#"[materials.shining.lambert]
 reflectance = 0.2
 exitance = 5000
 [materials.silver.mirror]
@@ -81,7 +64,7 @@ fn main() -> Result<ExitCode, Failure> {
     let tool = tool()?;
     let mut all_equal = true;
     for (number, (name, from, to, end)) in SCENES.into_iter().enumerate() {
-        let scene = SCENE.replace(from, to) + end;
+        let scene = [ROOM, BALL, LAMP, CAMERA, RENDER].concat().replace(from, to) + end;
         let equal = survives(&tool, &scene, hash([seed, number as u64]))?;
         println!("{name}: {KILLS} times, {}", if equal { "equal to the bit" } else { "DIFFERENT" });
         all_equal &= equal;

@@ -32,7 +32,8 @@ fn main() -> Result<()> {
          truncation     1/10     1/50"
     );
     println!(
-        "  l truncation       text  binary     f32   compact  mesh/compact     added  compact  compact"
+        "  l truncation       text  binary     f32   compact  mesh/compact     added  compact  \
+         compact"
     );
     for lmax in DEGREES {
         let shape = Shape { centre: fit.centre, ..Shape::new(fit.coefficients.truncated(lmax)) };

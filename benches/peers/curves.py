@@ -1,16 +1,19 @@
 """Curves of error over time: runs in turns, the time to an error, and their plot."""
+
 import time
 
 import numpy as np
 
 
 def rest():
-    """To be called before each timed run: threads of a library keep spinning for some milliseconds after a call, which then go off the next program's time."""
+    """To be called before each timed run: threads of a library keep spinning for some milliseconds
+    after a call, which then go off the next program's time."""
     time.sleep(0.3)
 
 
 def time_to(curve, target):
-    """The time to an error, between the measured ones by powers; the flag tells whether it is outside of them."""
+    """The time to an error, between the measured ones by powers; the flag tells whether it is
+    outside of them."""
     seconds, error = np.array([point[:2] for point in curve], float).T
     order = np.argsort(-error)
     at = np.exp(np.interp(-np.log(target), -np.log(error[order]), np.log(seconds[order])))
@@ -18,7 +21,8 @@ def time_to(curve, target):
 
 
 def plot(curves, title, path, quantity, factor, target):
-    """Draws all curves, as SVG or PNG by the name of the file; the same numbers give the same bytes."""
+    """Draws all curves, as SVG or PNG by the name of the file; the same numbers give the same
+    bytes."""
     import matplotlib
 
     matplotlib.use("svg" if path.endswith(".svg") else "agg")

@@ -1,11 +1,15 @@
-"""Scene files of Harmolux for Mitsuba 3: the objects, materials, lights and cameras that both programs have, as a dictionary for `mitsuba.load_dict`.
+"""Scene files of Harmolux for Mitsuba 3: the objects, materials, lights and cameras that both
+programs have, as a dictionary for `mitsuba.load_dict`.
 
-Covered: box, rectangle, disc, sphere, mesh and sh (tessellated by `harmolux mesh`); lambert, with exitance; isotropic point lights; the perspective camera. All else
-is refused by name, since a picture without it would be compared with one that has it: among the materials metal and coated, whose models differ from
-Mitsuba's in what they do with the light between the facets.
+Covered: box, rectangle, disc, sphere, mesh and sh (tessellated by `harmolux mesh`); lambert, with
+exitance; isotropic point lights; the perspective camera. All else is refused by name, since a
+picture without it would be compared with one that has it: among the materials metal and coated,
+whose models differ from Mitsuba's in what they do with the light between the facets.
 
-Flat things become two triangles, which Embree, inside Mitsuba, meets faster than Mitsuba's own rectangle. Choose the variant of Mitsuba before importing this.
+Flat things become two triangles, which Embree, inside Mitsuba, meets faster than Mitsuba's own
+rectangle. Choose the variant of Mitsuba before importing this.
 """
+
 import os, subprocess, tempfile, tomllib
 
 import mitsuba as mi
@@ -14,7 +18,11 @@ import numpy as np
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # The unit of a file in metres, and what turns its up axis to z.
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-UP = {"z": np.eye(3), "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]]), "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0.0]])}
+UP = {
+    "z": np.eye(3),
+    "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]]),
+    "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0.0]]),
+}
 # Each edge of an icosahedron is cut into so many: 327 680 faces.
 FREQUENCY = 128
 
@@ -67,7 +75,11 @@ class Scene:
         bsdf = {"type": "diffuse", "reflectance": grey(spec["reflectance"])}
         bsdf = {"type": "twosided", "bsdf": bsdf} if two_sided else bsdf
         exitance = np.array(spec.get("exitance", 0.0), float)
-        emitter = {"type": "area", "radiance": grey((exitance / np.pi).tolist())} if exitance.any() else None
+        emitter = (
+            {"type": "area", "radiance": grey((exitance / np.pi).tolist())}
+            if exitance.any()
+            else None
+        )
         return {"bsdf": bsdf} | ({"emitter": emitter} if emitter else {})
 
     def flat(self, name, corner, u, v, material, two_sided):
@@ -75,10 +87,19 @@ class Scene:
         corner, u, v = (np.array(x, float) for x in (corner, u, v))
         path = os.path.join(self.folder.name, name + ".ply")
         vertices = [corner, corner + u, corner + u + v, corner + v]
-        head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+        head = (
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+            "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+        )
         with open(path, "w") as file:
-            file.write(head + "".join(f"{x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in vertices) + "3 0 1 2\n3 0 2 3\n")
-        return {"type": "ply", "filename": path, "face_normals": True} | self.material(material, two_sided)
+            file.write(
+                head
+                + "".join(f"{x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in vertices)
+                + "3 0 1 2\n3 0 2 3\n"
+            )
+        return {"type": "ply", "filename": path, "face_normals": True} | self.material(
+            material, two_sided
+        )
 
     def box(self, name, spec):
         low, high = (np.array(spec[key], float) for key in ("min", "max"))
@@ -89,16 +110,24 @@ class Scene:
                 face = f"{letter}_{end}"
                 material = spec.get("faces", {}).get(face, spec["material"])
                 first, second = (u, v) if in_at == inward else (v, u)
-                yield f"{name}_{face}", self.flat(f"{name}_{face}", corner, first, second, material, False)
+                yield (
+                    f"{name}_{face}",
+                    self.flat(f"{name}_{face}", corner, first, second, material, False),
+                )
 
     def tessellated(self, name, spec):
-        """The series itself as a fine mesh, made by the tool; in the coordinates of the file it came from."""
+        """The series itself as a fine mesh, made by the tool; in the coordinates of the file it
+        came from."""
         series, mesh = (os.path.join(self.folder.name, name + end) for end in (".txt", ".ply"))
         quiet = dict(check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         if "centre" in spec:
             refuse(f"{self.path}: `centre` of [objects.{name}.sh]")
-        subprocess.run([self.tool, "fit", self.file(spec), "-l", str(spec["degree"]), "-o", series], **quiet)
-        subprocess.run([self.tool, "mesh", series, "-o", mesh, "--resolution", str(FREQUENCY)], **quiet)
+        subprocess.run(
+            [self.tool, "fit", self.file(spec), "-l", str(spec["degree"]), "-o", series], **quiet
+        )
+        subprocess.run(
+            [self.tool, "mesh", series, "-o", mesh, "--resolution", str(FREQUENCY)], **quiet
+        )
         return mesh
 
     def objects(self):
@@ -107,17 +136,40 @@ class Scene:
             if kind == "box":
                 yield from self.box(name, spec)
             elif kind == "rectangle":
-                yield name, self.flat(name, spec["corner"], spec["edge_u"], spec["edge_v"], spec["material"], True)
+                yield (
+                    name,
+                    self.flat(
+                        name, spec["corner"], spec["edge_u"], spec["edge_v"], spec["material"], True
+                    ),
+                )
             elif kind == "disc":
-                frame = mi.ScalarTransform4f().look_at(spec["centre"], list(np.add(spec["centre"], spec["normal"])), [0, 0, 1] if abs(spec["normal"][2]) < 0.9 else [0, 1, 0])
-                yield name, {"type": "disk", "to_world": frame.scale(spec["radius"])} | self.material(spec["material"], True)
+                frame = mi.ScalarTransform4f().look_at(
+                    spec["centre"],
+                    list(np.add(spec["centre"], spec["normal"])),
+                    [0, 0, 1] if abs(spec["normal"][2]) < 0.9 else [0, 1, 0],
+                )
+                yield (
+                    name,
+                    {"type": "disk", "to_world": frame.scale(spec["radius"])}
+                    | self.material(spec["material"], True),
+                )
             elif kind == "sphere":
-                shape = {"type": "sphere", "center": spec["centre"], "radius": spec["radius"], "flip_normals": spec.get("inward", False)}
+                shape = {
+                    "type": "sphere",
+                    "center": spec["centre"],
+                    "radius": spec["radius"],
+                    "flip_normals": spec.get("inward", False),
+                }
                 yield name, shape | self.material(spec["material"], False)
             elif kind in ("mesh", "sh"):
                 flat = kind == "mesh" and not spec.get("smooth", False)
                 file = self.file(spec) if kind == "mesh" else self.tessellated(name, spec)
-                shape = {"type": file.rsplit(".", 1)[1], "filename": file, "face_normals": flat, "to_world": mi.ScalarTransform4f(placement(spec))}
+                shape = {
+                    "type": file.rsplit(".", 1)[1],
+                    "filename": file,
+                    "face_normals": flat,
+                    "to_world": mi.ScalarTransform4f(placement(spec)),
+                }
                 yield name, shape | self.material(spec["material"], kind == "mesh")
             else:
                 refuse(f"{self.path}: [objects.{name}.{kind}]")
@@ -129,7 +181,14 @@ class Scene:
                 refuse(f"{self.path}: [lights.{name}.{kind}]")
             colour = np.array(spec.get("colour", [1, 1, 1]), float)
             intensity = spec["intensity"] if "intensity" in spec else spec["flux"] / (4 * np.pi)
-            yield name, {"type": "point", "position": spec["at"], "intensity": grey((intensity * colour / (colour @ LUMINANCE)).tolist())}
+            yield (
+                name,
+                {
+                    "type": "point",
+                    "position": spec["at"],
+                    "intensity": grey((intensity * colour / (colour @ LUMINANCE)).tolist()),
+                },
+            )
 
     def dictionary(self):
         return {"type": "scene"} | dict(self.objects()) | dict(self.lights())
@@ -140,4 +199,10 @@ class Scene:
             refuse(f"{self.path}: a camera of type {kind}")
         film = {"type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": filter}
         view = mi.ScalarTransform4f().look_at(spec["from"], spec["to"], spec.get("up", [0, 0, 1]))
-        return {"type": "perspective", "fov": spec["fov"], "fov_axis": "y", "to_world": view, "film": film}
+        return {
+            "type": "perspective",
+            "fov": spec["fov"],
+            "fov_axis": "y",
+            "to_world": view,
+            "film": film,
+        }

@@ -1,11 +1,15 @@
-"""Harmolux beside ducc0 (and SHTns where installed), one thread, taking turns call by call; prints medians and the quartiles of the ratio.
+"""Harmolux beside ducc0 (and SHTns where installed), one thread, taking turns call by call; prints
+medians and the quartiles of the ratio.
 
     cargo build --release --example transform_speed
-    python3 -m venv venv && . venv/bin/activate && pip install numpy ducc0      # and shtns, which needs FFTW's headers
+    python3 -m venv venv && . venv/bin/activate && pip install numpy ducc0
+    # and shtns, which needs FFTW's headers
     OMP_NUM_THREADS=1 python benches/peers/transform.py [target/release/examples/transform_speed]
 
-A ratio below 1 says that Harmolux is faster. Building the plan is timed apart: ducc0 tabulates its recurrence in every call, SHTns and Harmolux once.
+A ratio below 1 says that Harmolux is faster. Building the plan is timed apart: ducc0 tabulates its
+recurrence in every call, SHTns and Harmolux once.
 """
+
 import subprocess
 import sys
 import time
@@ -20,7 +24,9 @@ except ImportError:
 
 ours = subprocess.Popen(
     [sys.argv[1] if len(sys.argv) > 1 else "target/release/examples/transform_speed"],
-    stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    stdin=subprocess.PIPE,
+    stdout=subprocess.PIPE,
+    text=True,
 )
 
 
@@ -41,7 +47,11 @@ def compare(name, lmax, task, call, turns, unit=1.0, sign="us"):
     pairs = np.array([(harmolux(task, lmax), peer(call)) for _ in range(turns)])
     low, middle, high = np.quantile(pairs[:, 0] / pairs[:, 1], [0.25, 0.5, 0.75])
     mine, theirs = np.median(pairs, axis=0) / unit
-    print(f"{task:9} {lmax:5}  harmolux {mine:9.1f} {sign}  {name} {theirs:9.1f} {sign}  ratio {middle:.2f} ({low:.2f} to {high:.2f})", flush=True)
+    print(
+        f"{task:9} {lmax:5}  harmolux {mine:9.1f} {sign}  {name} {theirs:9.1f} {sign}  ratio "
+        f"{middle:.2f} ({low:.2f} to {high:.2f})",
+        flush=True,
+    )
 
 
 def alm(lmax):
@@ -57,8 +67,17 @@ for lmax in (32, 127, 255, 511, 1023):
     settings = dict(lmax=lmax, mmax=lmax, spin=0, geometry="GL", nthreads=1)
     series, rings, azimuths = alm(lmax), lmax + 1, 2 * lmax + 2
     grid = ducc0.sht.synthesis_2d(alm=series, ntheta=rings, nphi=azimuths, **settings)
-    print(f"plan      {lmax:5}  harmolux {np.median([harmolux('plan', lmax) for _ in range(9)]):9.1f} us")
-    compare("ducc0", lmax, "synthesis", lambda: ducc0.sht.synthesis_2d(alm=series, ntheta=rings, nphi=azimuths, **settings), turns)
+    print(
+        f"plan      {lmax:5}  harmolux "
+        f"{np.median([harmolux('plan', lmax) for _ in range(9)]):9.1f} us"
+    )
+    compare(
+        "ducc0",
+        lmax,
+        "synthesis",
+        lambda: ducc0.sht.synthesis_2d(alm=series, ntheta=rings, nphi=azimuths, **settings),
+        turns,
+    )
     compare("ducc0", lmax, "analysis", lambda: ducc0.sht.analysis_2d(map=grid, **settings), turns)
     if shtns:
         s = shtns.sht(lmax, lmax)

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::DVec3;
 use harmolux::Result;
+use harmolux::error::Advice;
 use harmolux::fit::SelfIntersections;
 use harmolux::fit::star::{Fold, Folds, StarReport};
 use harmolux::fit::{Check as Findings, CheckSettings, FAULTLESS_COLOUR, FaceFault, StarCheck};
@@ -15,6 +16,7 @@ use harmolux::mesh::{Mesh, RepairReport};
 use serde_json::{Value, json};
 
 use crate::common::about::about;
+use crate::common::advice::in_flags;
 use crate::common::exit::Code;
 use crate::common::flags::MeshHabits;
 use crate::common::inputs::{MeshRead, read_mesh};
@@ -79,7 +81,7 @@ pub(crate) fn run(verb: &Check, as_json: bool) -> Result<Code> {
     let repaired = repaired.map(|(output, format)| output.write(&meshes::encode(&mesh, format)?));
     let bad = bad.map(|(output, _)| output.write(&coloured(&mesh, &found)?));
     let written = write_all(repaired.into_iter().chain(bad));
-    meter.finish();
+    drop(meter);
     if as_json {
         say::json(&value(&found, repair.as_ref(), verb));
     } else {
@@ -130,9 +132,18 @@ fn lines(found: &Findings, verb: &Check) -> Lines {
         None => lines.push(("star-shaped", "cannot be said".to_owned())),
     }
     lines.extend(report.deficiencies().into_iter().map(|text| ("deficiency", text)));
+    lines.extend(advice(found).map(|advice| ("help", in_flags(&advice))));
     let files = verb.output.iter().chain(&verb.bad);
     lines.extend(files.map(|path| ("written", path.display().to_string())));
     lines
+}
+
+/// Returns what may make the mesh one that can be fitted.
+fn advice(found: &Findings) -> Option<Advice> {
+    let is_star_shaped = found.star.as_ref().is_some_and(|s| s.judged.is_star_shaped());
+    let pieces =
+        (found.report.components > 1 && !is_star_shaped).then_some(Advice::KeepLargestPiece);
+    found.report.advice().or(pieces)
 }
 
 fn oriented(found: &Findings) -> String {
@@ -267,7 +278,9 @@ fn value(found: &Findings, repair: Option<&RepairReport>, verb: &Check) -> Value
         "crossings": found.crossings.as_ref().map(|c| json!({
             "pairs": c.pairs,
             "faces": c.faces,
-            "first": c.examples.first().map(|e| json!({ "faces": e.faces, "point": e.point.to_array() })),
+            "first": c.examples.first().map(|e| json!({
+                "faces": e.faces, "point": e.point.to_array()
+            })),
         })),
         "star": found.star.as_ref().map(star_value),
         "deficiencies": report.deficiencies(),
@@ -297,7 +310,10 @@ fn star_value(star: &StarCheck) -> Value {
             "unmet": folds.unmet,
             "error": folds.error,
             "patches": folds.patches.iter().map(|p| json!({
-                "faces": p.faces, "area": p.area, "solid_angle": p.solid_angle, "middle": p.middle.to_array()
+                "faces": p.faces,
+                "area": p.area,
+                "solid_angle": p.solid_angle,
+                "middle": p.middle.to_array(),
             })).collect::<Vec<_>>(),
         })),
     })

@@ -89,7 +89,7 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     let csv = output.map(|output| output.write(&table.to_csv()?));
     let map = map.map(|output| write_map(output, &pair.distance_map()));
     let written = write_all(csv.into_iter().chain(map));
-    meter.finish();
+    drop(meter);
     if as_json {
         say::json(&value(verb, &found, met));
     } else {

@@ -10,7 +10,6 @@ use harmolux::fit::star;
 use harmolux::fit::{mesh_bytes, parametric_mesh, series_bytes};
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, spharm_pdm};
 use harmolux::io::input::Input;
-use harmolux::io::meshes;
 use harmolux::io::points::{self, PointOptions};
 use harmolux::math::Aabb;
 use harmolux::mesh::{Mesh, MeshReport};
@@ -21,7 +20,7 @@ use serde_json::{Value, json};
 use crate::common::advice;
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
-use crate::common::inputs::{holds_points, series_format};
+use crate::common::inputs::{holds_points, read_surface, series_format};
 use crate::common::say::{self, point};
 
 /// Say what a mesh, coefficient or point file holds
@@ -47,7 +46,7 @@ pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
     }
     let found = match series_format(&mut input, &options)? {
         Some(format) => coefficient_file(input, format, &options)?,
-        None => mesh(&meshes::read_input(input)?.0, "triangle mesh"),
+        None => mesh(&read_surface(input)?.0, "triangle mesh"),
     };
     Ok(show(&found, as_json))
 }
@@ -195,7 +194,9 @@ fn star_of(mesh: &Mesh, lines: &mut Lines) -> Value {
                 format!("{}, clearance {} m", point(best), say::significant(clearance, 4)),
             ));
             json!({
-                "origin_clearance": about.clearance, "best_centre": best.to_array(), "best_clearance": clearance
+                "origin_clearance": about.clearance,
+                "best_centre": best.to_array(),
+                "best_clearance": clearance,
             })
         }
         Err(_) => Value::Null,

@@ -53,10 +53,12 @@ pub(crate) struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   harmolux render data/scenes/head_room.toml             a picture: head_room.png and head_room.exr
-  harmolux illum data/scenes/head_room.toml              lux at the scene's sensors, each with its interval
+  harmolux illum data/scenes/head_room.toml              lux at the scene's sensors, each with its \
+                                                         interval
   harmolux probe data/scenes/head_room.toml < rays.txt   cd/m2 along rays, a line each
   harmolux exact sobolev                                 light whose answer is known: two planes
-  harmolux falsecolor head_room.exr -o cd.png            cd/m2 in colours, with a legend; lux of grids
+  harmolux falsecolor head_room.exr -o cd.png            cd/m2 in colours, with a legend; lux of \
+                                                         grids
   harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
@@ -66,7 +68,8 @@ Examples:
   harmolux mesh head.txt -o head.ply                     coefficients become a mesh
   harmolux diff head.txt data/head.obj                   how far two shapes are from each other
 
-Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement or target error not met, 130 interrupted (after saving).";
+Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement or target error not \
+met, 130 interrupted (after saving).";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {

@@ -105,7 +105,7 @@ pub(crate) fn run(verb: &Mesh, as_json: bool) -> Result<Code> {
         .map_err(|e| about(&verb.shape, e))?;
     let volume = volume(f)?;
     output.write(&encode(&made.mesh, format)?)?;
-    meter.finish();
+    drop(meter);
     if as_json {
         say::json(&value(verb, &made, volume));
     } else {

@@ -31,7 +31,8 @@ use crate::common::surveys::{self, code, reached, settings};
 /// scene says how and when to stop.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  echo 2 0.25 1.6  0 1 0 | harmolux probe room.toml          what an eye at (2, 0.25, 1.6) sees towards +y
+  echo 2 0.25 1.6  0 1 0 | harmolux probe room.toml          what an eye at (2, 0.25, 1.6) sees \
+                                                             towards +y
   echo 1 1 0  0 0 1 | harmolux probe room.toml -I            lux on the floor at (1, 1)")]
 pub(crate) struct Probe {
     #[command(flatten)]
@@ -48,7 +49,7 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
     file.sensors.clear();
     let meter = Meter::start("reading the scene");
     let loaded = load_scene(&file, None, &meter)?;
-    meter.finish();
+    drop(meter);
     let asked = read_stdin()?;
     if asked.is_empty() {
         say::note("no ray was read: stdin holds no line of x y z dx dy dz");
@@ -80,7 +81,7 @@ pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
         luminance(&loaded.scene, &rays, &settings, &watch)
     }
     .map_err(|e| about(&verb.common.scene, e))?;
-    meter.finish();
+    drop(meter);
     report(verb, &survey.results, &behind, as_json)?;
     surveys::tell(&survey);
     let counts: Vec<bool> = behind.iter().map(Option::is_none).collect();
@@ -151,6 +152,8 @@ fn report(
 fn read_stdin() -> Result<Vec<(glam::DVec3, glam::DVec3)>> {
     let path = Path::new("stdin");
     let bytes = memory::read_to_end(path, std::io::stdin())?;
+    // Rays, sensors and what is behind them are some twenty times as long.
+    memory::ask(20.0 * bytes.len() as f64, "what stdin asks for", |_| "take fewer lines".into())?;
     let text = String::from_utf8(bytes);
     let text = text.map_err(|_| InputError::new(path, "this is not text (UTF-8)"))?;
     rays::parse(path, &text)

@@ -148,7 +148,7 @@ fn whole(name: &str, value: f64) -> Result<usize> {
 /// Reads a spectrum: of a coefficient file, or a table.
 fn read_spectrum(path: &Path) -> Result<Vec<f64>> {
     let mut input = Input::open(path)?;
-    let is_table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    let is_table = input.name().extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
     if is_table || spectra::recognise(input.ahead()?) {
         return spectra::parse(path, &input.rest()?);
     }

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use harmolux::fit::{Fit, Shape, Source};
-use harmolux::io::input::Input;
+use harmolux::fit::{Fit, Shape};
+use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::output::{Output, Stage};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::study::{SweepRow, SweptSeries, sweep_degree, sweep_figure, sweep_mesh};
@@ -62,13 +62,11 @@ pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
 fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let meter = Meter::start("reading the mesh");
     let mut table = GrowingTable::open(&verb.output.join("sweep.csv"), columns(), verb.force)?;
-    let MeshRead { mesh, source, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
-    let lines = lines(verb, &source, &mut table)?;
+    let MeshRead { mesh, files, .. } = read_mesh(Input::open(&verb.mesh)?, &verb.habits)?;
+    let key = key(&files, &verb.habits);
+    let lines = lines(verb, &key, &mut table)?;
     let plots = plots(verb)?;
-    {
-        let _whole = interrupt::writing();
-        table.begin()?;
-    }
+    table.begin()?;
     let all = lines.len();
     let mut rows = Vec::new();
     for (i, line) in lines.into_iter().enumerate() {
@@ -78,11 +76,11 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
             Line::Series(degree, path) => {
                 let file = shape_file::open(&path, verb.force)?;
                 let (fit, row) = sweep_degree(&mesh, degree).map_err(|e| about(&verb.mesh, e))?;
-                keep(verb, &table, &row, &source, Some((fit, file)))?
+                keep(&table, cells(&row, &key), || file.write(&shape(fit, &files)))?
             }
             Line::Mesh => {
                 let row = sweep_mesh(&mesh).map_err(|e| about(&verb.mesh, e))?;
-                keep(verb, &table, &row, &source, None)?
+                keep(&table, cells(&row, &key), || Ok(()))?
             }
         });
         say::note(&format!("{} of {all}", i + 1));
@@ -95,7 +93,7 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let plots = plots.into_iter().map(|(format, o)| format.write(&figure, o, Stage::Complete));
     let written = write_all(plots);
     drop(whole);
-    meter.finish();
+    drop(meter);
     if as_json {
         say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
@@ -108,11 +106,11 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     Ok(Code::Done)
 }
 
-/// Opens the figure, as a drawing and as a picture.
+/// Opens the figure, as a drawing and as a picture; a run that goes on draws it anew.
 fn plots(verb: &Sweep) -> Result<Vec<(PlotFormat, Output)>> {
     let plots = [("sweep.svg", PlotFormat::Svg), ("sweep.png", PlotFormat::Png)];
     let open = |(name, format): (&str, PlotFormat)| {
-        Ok((format, Output::open(&verb.output.join(name), &format.kind(), verb.force)?))
+        Ok((format, Output::open_again(&verb.output.join(name), &format.kind(), verb.force)?))
     };
     plots.into_iter().map(open).collect()
 }
@@ -128,8 +126,8 @@ enum Line {
 }
 
 /// Looks which lines an earlier run has done, and whether the files of the others can be written.
-fn lines(verb: &Sweep, source: &Source, table: &mut GrowingTable) -> Result<Vec<Line>> {
-    let key = || Ok(key(source, &verb.habits));
+fn lines(verb: &Sweep, key: &str, table: &mut GrowingTable) -> Result<Vec<Line>> {
+    let key = || Ok(key.to_owned());
     let stem = verb.mesh.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let mut lines = Vec::new();
     for &degree in &verb.degrees.0 {
@@ -150,22 +148,17 @@ fn lines(verb: &Sweep, source: &Source, table: &mut GrowingTable) -> Result<Vec<
 
 /// Writes what a line brought: its row, and the coefficients.
 fn keep(
-    verb: &Sweep,
     table: &GrowingTable,
-    row: &SweepRow,
-    source: &Source,
-    fitted: Option<(Fit, shape_file::ShapeFile)>,
+    row: Vec<Cell>,
+    write: impl FnOnce() -> Result<()>,
 ) -> Result<Vec<Cell>> {
-    let cells = cells(row, key(source, &verb.habits));
-    // A row whose file is missing does not count as done.
-    let _whole = interrupt::writing();
-    table.append(&cells)?;
-    if let Some((fit, file)) = fitted {
-        let source = Some(source.clone());
-        let Fit { coefficients, centre, .. } = fit;
-        file.write(&Shape { coefficients, centre, source, truncated_from: None })?;
-    }
-    Ok(cells)
+    table.append_with(&row, write)??;
+    Ok(row)
+}
+
+fn shape(fit: Fit, files: &FilesRead) -> Shape {
+    let Fit { coefficients, centre, .. } = fit;
+    Shape { coefficients, centre, source: Some(files.file.source()), truncated_from: None }
 }
 
 fn columns() -> Table {
@@ -182,7 +175,7 @@ fn columns() -> Table {
     ])
 }
 
-fn cells(row: &SweepRow, key: String) -> Vec<Cell> {
+fn cells(row: &SweepRow, key: &str) -> Vec<Cell> {
     let mut cells = match &row.series {
         Some(series) => vec![
             Cell::from("series"),
@@ -203,7 +196,7 @@ fn cells(row: &SweepRow, key: String) -> Vec<Cell> {
             Cell::Empty,
         ],
     };
-    cells.extend([Cell::Number(row.nanoseconds_per_ray), key.into()]);
+    cells.extend([Cell::Number(row.nanoseconds_per_ray), Cell::from(key)]);
     cells
 }
 

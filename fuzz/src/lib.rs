@@ -28,6 +28,6 @@ pub fn seeds(
 /// # Panics
 /// When there is no such target, or when it fails.
 pub fn run(name: &str, data: &[u8]) {
-    let target = targets::TARGETS.iter().find(|(n, _)| *n == name);
-    target.expect("a target of this name").1(data);
+    let target = targets::TARGETS.iter().find(|(n, ..)| *n == name);
+    target.expect("a target of this name").2(data);
 }

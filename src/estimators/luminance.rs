@@ -6,7 +6,7 @@ use super::estimator::SensorSettings;
 use super::receiver::Receiver;
 use super::replicates::{Observer, REPLICATES};
 use super::results::Survey;
-use super::survey::survey;
+use super::survey::{ask_for, survey};
 use crate::Result;
 use crate::math::stats::Estimate;
 use crate::math::{Ray, Rgb};
@@ -24,6 +24,7 @@ pub fn luminance(
     settings: &SensorSettings,
     observer: Observer,
 ) -> Result<Survey> {
+    ask_for(rays.len())?;
     let seen: Vec<Vec<(Vertex, Rgb)>> = rays.par_iter().map(|ray| seen(scene, ray)).collect();
     let all: Vec<(Vertex, Rgb)> = seen.iter().flatten().copied().collect();
     let receivers: Vec<_> =

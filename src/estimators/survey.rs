@@ -43,6 +43,7 @@ pub fn illuminance(
     settings: &SensorSettings,
     observer: Observer,
 ) -> Result<Survey> {
+    ask_for(sensors.len())?;
     let receivers: Vec<_> =
         sensors.par_iter().map(|s| Receiver::sensor(&scene.settled(s))).collect();
     survey(scene, &receivers, |_| Rgb::BLACK, settings, observer)
@@ -56,7 +57,6 @@ pub(super) fn survey(
     settings: &SensorSettings,
     observer: Observer,
 ) -> Result<Survey> {
-    ask_for(receivers.len())?;
     let launcher = Launcher::new(scene)?;
     let walks = Walks { launcher: &launcher, settings };
     let mut control = Control::new(settings.stop);
@@ -97,12 +97,13 @@ pub(super) fn survey(
     Ok(run.finished(ending, control.elapsed()))
 }
 
-/// Asks for the sums and results of so many receivers.
-fn ask_for(count: usize) -> Result<()> {
-    let sums = size_of::<[Sum; REPLICATES]>() + size_of::<[f64; REPLICATES]>();
-    let each = sums + size_of::<Receiver>() + 2 * size_of::<Measured>();
+/// What a place takes from its receiver to its result, with the lists on the way, bytes: measured.
+const BYTES_EACH: usize = 3200;
+
+/// Asks for the receivers, sums and results of so many places.
+pub(super) fn ask_for(count: usize) -> Result<()> {
     let advice = memory::fewer(count, "take fewer, or take them in parts");
-    memory::ask(count as f64 * each as f64, format_args!("a survey of {count} places"), advice)
+    memory::ask((count * BYTES_EACH) as f64, format_args!("a survey of {count} places"), advice)
 }
 
 /// A survey under way.

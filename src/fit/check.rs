@@ -8,7 +8,7 @@ use crate::fit::star;
 use crate::fit::star::{DIRECTIONS, Folds, StarReport};
 use crate::mesh::{EdgeFault, Mesh, MeshReport, edge_faults};
 use crate::surface::MeshSurface;
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 /// Sets a check.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,14 +54,20 @@ pub struct StarCheck {
     pub folds: Option<Folds>,
 }
 
+/// What the examination of a face takes, bytes: measured, and a quarter more.
+const BYTES_EACH: f64 = 500.0;
+
 impl Check {
     /// Examines a mesh.
     ///
     /// # Errors
-    /// [`Error::Geometry`] for a mesh of which no areas can be computed; [`Error::Numeric`] when the
-    /// search for the best centre fails, and as [`SelfIntersections::of`].
+    /// [`Error::Geometry`] for a mesh of which no areas can be computed; [`Error::Numeric`] when
+    /// the search for the best centre fails, and as [`SelfIntersections::of`].
     pub fn of(mesh: &Mesh, settings: &CheckSettings) -> Result<Self> {
         mesh.require_measurable()?;
+        let faces = mesh.triangles().len();
+        let advice = memory::fewer(faces, "take a coarser mesh");
+        memory::ask(BYTES_EACH * faces as f64, format_args!("checking {faces} faces"), advice)?;
         let crossings = settings.crossings.then(|| SelfIntersections::of(mesh));
         Ok(Self {
             report: MeshReport::of(mesh),

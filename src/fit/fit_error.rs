@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::Result;
 use crate::fit::RadialMesh;
 use crate::fit::face_nodes::{FINEST, fold_faces, points_per_side};
-use crate::sh::{Coefficients, GridSeries, Jet, Series, volume};
+use crate::sh::{Coefficients, Evaluator, volume};
 
 /// The most points along each side of a face at which a radius is compared: enough for its mean
 /// square, whatever the degree.
@@ -72,40 +72,6 @@ pub fn fit_error(radius: &RadialMesh, coefficients: &Coefficients) -> Result<Fit
         volume: [radii.volume, volume(coefficients)?],
         area: [normals.mesh_area, normals.series_area],
     })
-}
-
-/// The degree from which a series is evaluated by way of a grid: there it begins to be faster.
-const GRIDDED_FROM: usize = 96;
-
-/// Evaluates the series the way that suits its degree.
-enum Evaluator {
-    Plain(Box<Series>),
-    Gridded(Box<GridSeries>),
-}
-
-impl Evaluator {
-    fn new(coefficients: &Coefficients) -> Result<Self> {
-        let series = Series::new(coefficients)?;
-        Ok(if coefficients.lmax() < GRIDDED_FROM {
-            Self::Plain(Box::new(series))
-        } else {
-            Self::Gridded(Box::new(GridSeries::new(series)?))
-        })
-    }
-
-    fn value(&self, direction: DVec3) -> f64 {
-        match self {
-            Self::Plain(series) => series.value(direction),
-            Self::Gridded(series) => series.value(direction),
-        }
-    }
-
-    fn jet(&self, direction: DVec3) -> Jet {
-        match self {
-            Self::Plain(series) => series.jet(direction),
-            Self::Gridded(series) => series.jet(direction),
-        }
-    }
 }
 
 /// Chooses the points along each side of a face: what is measured is not needed to more than some

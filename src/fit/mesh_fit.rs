@@ -192,8 +192,8 @@ fn check_reach(mesh: &Mesh, centre: DVec3) -> Result<()> {
         return Ok(());
     }
     Err(Error::Geometry(format!(
-        "vertex {} (from 0) lies {:.3e} m from the centre {centre:.6}, the nearest {near:.3e} m: no radius spans that; mend or remove the vertex, or \
-         give another centre or unit",
+        "vertex {} (from 0) lies {:.3e} m from the centre {centre:.6}, the nearest {near:.3e} m: \
+         no radius spans that; mend or remove the vertex, or give another centre or unit",
         far.0, far.1
     )))
 }

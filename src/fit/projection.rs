@@ -13,12 +13,9 @@ use crate::fit::RadialMesh;
 use crate::fit::face_nodes::{fold_faces, points_per_side};
 use crate::math::Ray;
 use crate::mesh::Mesh;
-use crate::sh::{Coefficients, Grid, GridMoments, MAX_DEGREE, Moments, analysis};
+use crate::sh::{Coefficients, GRIDDED_FROM, Grid, GridMoments, MAX_DEGREE, Moments, analysis};
 use crate::surface::Surface;
 use crate::{Error, Result};
-
-/// The degree from which nodes go by way of a grid: there it begins to be faster.
-const GRIDDED_FROM: usize = 96;
 
 /// Grids that are filled side by side; fixed, so that sums do not depend on the number of threads.
 /// At degree 1000 each takes 66 MB.

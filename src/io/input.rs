@@ -2,12 +2,15 @@
 //! of it is known by its length and fingerprint.
 //!
 //! Nothing goes back: the format is told by what [`Input::ahead`] shows, so that a pipe is read as
-//! a file is. Its length is not known before its end, so it is held in memory.
+//! a file is. Its length is not known before its end, so it is held in memory; and so is what a file
+//! packed by gzip, told by its first bytes, holds.
 
 use std::fmt;
 use std::fs::{self, File, FileType};
 use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::{Path, PathBuf};
+
+use flate2::bufread::MultiGzDecoder;
 
 use crate::error::InputError;
 use crate::fit::{Source, SourceHash};
@@ -19,12 +22,18 @@ const BUFFER: usize = 1 << 16;
 /// The most that is taken from a pipe, bytes.
 const MOST_OF_PIPE: u64 = 1 << 30;
 
+/// How a file packed by gzip begins: its mark, and the one method there is.
+const GZIP: &[u8] = b"\x1f\x8b\x08";
+
 /// Reads a file, or a pipe, from its beginning to its end.
 pub struct Input<'a> {
     path: &'a Path,
     reader: BufReader<Hashed<'a>>,
     length: u64,
+    /// The file itself, where what is read was unpacked from it.
+    packed: Option<FileRead>,
     beside: Vec<FileRead>,
+    remarks: Vec<String>,
 }
 
 /// Keeps length and fingerprint of what goes through.
@@ -44,14 +53,16 @@ impl Read for Hashed<'_> {
 }
 
 impl<'a> Input<'a> {
-    /// Opens a file or a pipe. A pipe is read into memory here.
+    /// Opens a file or a pipe. A pipe is read into memory here, and what is packed by gzip is
+    /// unpacked.
     ///
     /// # Errors
-    /// [`Error::Input`] for a folder, a device or a socket, and for more than 1 GiB from a pipe;
-    /// [`Error::Io`] when it cannot be read.
+    /// [`Error::Input`] for a folder, a device or a socket, for more than 1 GiB from a pipe, and for
+    /// a gzip file that is damaged; [`Error::Memory`] when what it holds takes more than a third of
+    /// the memory that is free; [`Error::Io`] when it cannot be read.
     pub fn open(path: &'a Path) -> Result<Self> {
         let refused = |e| Error::io(path, "read", e);
-        if what(fs::metadata(path).map_err(refused)?.file_type()) != PIPE {
+        if !is_pipe(fs::metadata(path).map_err(refused)?.file_type()) {
             return Self::open_file(path);
         }
         let pipe = File::open(path).map_err(refused)?;
@@ -59,18 +70,18 @@ impl<'a> Input<'a> {
         let length = bytes.len() as u64;
         if length > MOST_OF_PIPE {
             let error = InputError::new(path, "more than 1 GiB comes through this pipe");
-            return Err(error.help(TO_FILE).into());
+            return Err(error.help(HELP_FOR_PIPES).into());
         }
-        Ok(Self::new(path, Box::new(Cursor::new(bytes)), length))
+        Self::new(path, Box::new(Cursor::new(bytes)), length).unpacked()
     }
 
     /// Opens a file. What is none is refused before it is opened: a pipe that nobody writes to
     /// would be waited for without end.
     ///
     /// # Errors
-    /// [`Error::Input`] for anything but a file, [`Error::Io`] when it cannot be read.
+    /// [`Error::Input`] for anything but a file, else as [`Input::open`].
     pub fn open_file(path: &'a Path) -> Result<Self> {
-        Self::open_start(path, u64::MAX)
+        Self::open_start(path, u64::MAX)?.unpacked()
     }
 
     /// Opens the first `most` bytes of a file, or all where it has no more.
@@ -78,7 +89,7 @@ impl<'a> Input<'a> {
         let refused = |e| Error::io(path, "read", e);
         let known = fs::metadata(path).map_err(refused)?;
         if !known.is_file() {
-            return Err(no_file(path, what(known.file_type())));
+            return Err(no_file(path, known.file_type()));
         }
         let file = File::open(path).map_err(refused)?;
         let length = file.metadata().map_err(refused)?.len().min(most);
@@ -93,7 +104,21 @@ impl<'a> Input<'a> {
     fn new(path: &'a Path, from: Box<dyn Read + 'a>, length: u64) -> Self {
         let hashed = Hashed { from, length: 0, hash: SourceHash::of(&[]) };
         let reader = BufReader::with_capacity(BUFFER, hashed);
-        Self { path, reader, length, beside: Vec::new() }
+        Self { path, reader, length, packed: None, beside: Vec::new(), remarks: Vec::new() }
+    }
+
+    /// Reads what a file packed by gzip holds in its place.
+    fn unpacked(mut self) -> Result<Self> {
+        if !self.ahead()?.starts_with(GZIP) {
+            return Ok(self);
+        }
+        let path = self.path;
+        let mut unpacker = MultiGzDecoder::new(self);
+        let bytes = memory::read_to_end(path, &mut unpacker).map_err(|e| damaged(path, e))?;
+        let packed = unpacker.into_inner().finish()?.file;
+        let length = bytes.len() as u64;
+        let content = Self::new(path, Box::new(Cursor::new(bytes)), length);
+        Ok(Self { packed: Some(packed), ..content })
     }
 
     /// Returns the path of the file.
@@ -101,7 +126,14 @@ impl<'a> Input<'a> {
         self.path
     }
 
-    /// Returns the length of the file as it was opened, bytes.
+    /// Returns the name whose extension is that of the content: `a.obj` of the packed `a.obj.gz`.
+    pub fn name(&self) -> &'a Path {
+        let is_gz = self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+        let stem = self.path.file_stem().filter(|_| is_gz && self.packed.is_some());
+        stem.map_or(self.path, Path::new)
+    }
+
+    /// Returns the length of the content as it was opened, bytes.
     pub fn length(&self) -> u64 {
         self.length
     }
@@ -134,6 +166,11 @@ impl<'a> Input<'a> {
         Ok(bytes)
     }
 
+    /// Remembers something that the file's user should hear of.
+    pub(in crate::io) fn remark(&mut self, text: String) {
+        self.remarks.push(text);
+    }
+
     /// Reads what is left, and says what was read.
     ///
     /// # Errors
@@ -143,7 +180,8 @@ impl<'a> Input<'a> {
         io::copy(&mut self.reader, &mut io::sink()).map_err(refused)?;
         let Hashed { length, hash, .. } = self.reader.into_inner();
         let file = FileRead { path: self.path.to_owned(), length, hash };
-        Ok(FilesRead { file, beside: self.beside })
+        let file = self.packed.unwrap_or(file);
+        Ok(FilesRead { file, beside: self.beside, remarks: self.remarks })
     }
 }
 
@@ -167,31 +205,52 @@ impl BufRead for Input<'_> {
     }
 }
 
-const PIPE: &str = "pipe";
-const TO_FILE: &str = "write what comes through it to a file, and name that";
+/// How to go on where a pipe cannot be read.
+const HELP_FOR_PIPES: &str = "write what comes through it to a file, and name that";
 
-/// Names what a path leads to when it is no file.
-fn what(kind: FileType) -> &'static str {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::FileTypeExt;
-        if kind.is_fifo() {
-            return PIPE;
-        }
-        if kind.is_socket() {
-            return "socket";
-        }
-    }
-    if kind.is_dir() { "folder" } else { "device" }
+#[cfg(unix)]
+fn is_pipe(file_type: FileType) -> bool {
+    std::os::unix::fs::FileTypeExt::is_fifo(&file_type)
 }
 
-fn no_file(path: &Path, what: &str) -> Error {
-    let help = match what {
-        "folder" => "name a file in it",
-        PIPE => TO_FILE,
-        _ => "name a file",
-    };
-    InputError::new(path, format!("this is a {what}, not a file")).help(help).into()
+#[cfg(not(unix))]
+fn is_pipe(_: FileType) -> bool {
+    false
+}
+
+/// Names what a path leads to when it is no file, and how to go on.
+fn kind_of(file_type: FileType) -> (&'static str, &'static str) {
+    #[cfg(unix)]
+    if std::os::unix::fs::FileTypeExt::is_socket(&file_type) {
+        return ("socket", "name a file");
+    }
+    if is_pipe(file_type) {
+        ("pipe", HELP_FOR_PIPES)
+    } else if file_type.is_dir() {
+        ("folder", "name a file in it")
+    } else {
+        ("device", "name a file")
+    }
+}
+
+fn no_file(path: &Path, file_type: FileType) -> Error {
+    let (kind, help) = kind_of(file_type);
+    InputError::new(path, format!("this is a {kind}, not a file")).help(help).into()
+}
+
+/// Says of a gzip file that cannot be unpacked what is wrong with it.
+fn damaged(path: &Path, error: Error) -> Error {
+    use io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
+    match error {
+        Error::Io { source, .. }
+            if matches!(source.kind(), InvalidData | InvalidInput | UnexpectedEof) =>
+        {
+            let message = format!("this gzip file cannot be unpacked: {source}");
+            let help = "the file is cut short or damaged; pack it again";
+            InputError::new(path, message).help(help).into()
+        }
+        other => other,
+    }
 }
 
 /// Says what was read: a file, and the files that it names.
@@ -201,6 +260,8 @@ pub struct FilesRead {
     pub file: FileRead,
     /// The files that it names, as the buffers of a glTF file.
     pub beside: Vec<FileRead>,
+    /// What was passed over though it looks as if it were meant, a sentence each.
+    pub remarks: Vec<String>,
 }
 
 /// Says what was read of a file. Displayed as `120 bytes, fnv1a64:85944171f73967e8`.
@@ -232,6 +293,7 @@ impl fmt::Display for FileRead {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write;
 
     fn error_of(opened: Result<Input>) -> String {
         opened.err().expect("refused").to_string()
@@ -286,6 +348,52 @@ mod tests {
         let beside = input.finish().expect("readable").beside;
         let expected = format!("4 bytes, {}", SourceHash::of(b"0123"));
         assert_eq!(beside.iter().map(ToString::to_string).collect::<Vec<_>>(), [expected]);
+    }
+
+    fn packed(bytes: &[u8]) -> Vec<u8> {
+        let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        packer.write_all(bytes).expect("into memory");
+        packer.finish().expect("into memory")
+    }
+
+    #[test]
+    fn packed_file_is_read_as_what_it_holds_and_known_as_what_it_is() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.obj.GZ");
+        let content: Vec<u8> = (0..200_000_u32).map(|i| (i % 251) as u8).collect();
+        // gzip files stand one behind the other, too.
+        let file = [packed(&content[..70_000]), packed(&content[70_000..])].concat();
+        fs::write(&path, &file).expect("written");
+        for input in [Input::open(&path), Input::open_file(&path)] {
+            let mut input = input.expect("unpacked");
+            assert_eq!((input.length(), input.name()), (200_000, Path::new("a.obj")));
+            assert_eq!((input.path(), input.rest().expect("all")), (&*path, content.clone()));
+            let read = input.finish().expect("read").file;
+            assert_eq!(
+                read.to_string(),
+                format!("{} bytes, {}", file.len(), SourceHash::of(&file))
+            );
+        }
+        // What is beside another file is read as it is, and a name alone packs nothing.
+        let mut other = Input::of_bytes(Path::new("b.obj.gz"), b"");
+        assert_eq!(other.read_beside(&path, 4).expect("readable"), file[..4]);
+        assert_eq!(other.name(), Path::new("b.obj.gz"));
+    }
+
+    #[test]
+    fn packed_file_that_is_damaged_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.gz");
+        let whole = packed(&[7; 5000]);
+        let mut changed = whole.clone();
+        let end = whole.len();
+        changed[end - 5] ^= 1;
+        for bytes in [&whole[..end - 1], &whole[..12], &changed, &[&whole[..], b"more"].concat()] {
+            fs::write(&path, bytes).expect("written");
+            let error = error_of(Input::open(&path));
+            assert!(error.contains("a.gz: this gzip file cannot be unpacked: "), "{error}");
+            assert!(error.contains("\n  help: the file is cut short or damaged"), "{error}");
+        }
     }
 
     #[cfg(unix)]

@@ -7,6 +7,8 @@ pub mod coefficients;
 mod decimal;
 #[cfg(test)]
 mod failing;
+#[cfg(test)]
+mod formats;
 #[cfg(feature = "images")]
 pub mod images;
 pub mod input;

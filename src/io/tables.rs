@@ -2,10 +2,12 @@
 //! digits.
 
 use std::fmt;
+use std::path::Path;
 
 use serde::ser::{Serialize, SerializeMap, SerializeSeq, Serializer};
 
 use super::output::{Kind, SOFTWARE};
+use crate::error::InputError;
 use crate::{Error, Result};
 
 /// Holds one cell of a table.
@@ -171,9 +173,12 @@ impl Table {
     }
 
     /// Adds the rows of a CSV file of such a table; the columns named `texts` hold texts, the
-    /// others numbers. A last line that was cut off is left out, and all from the first on that is
-    /// no row.
-    pub fn add_csv(&mut self, bytes: &[u8], texts: &[&str]) {
+    /// others numbers. A last line without its end was cut off and is left out. `path` is for
+    /// errors.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a line that is no such row; then no row is added.
+    pub fn add_csv(&mut self, path: &Path, bytes: &[u8], texts: &[&str]) -> Result<()> {
         let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
         let mut reader = csv::Reader::from_reader(&bytes[..whole]);
         let header = self.header.clone();
@@ -186,9 +191,13 @@ impl Table {
                 .or_else(|_| text.parse().map(Cell::Number))
                 .unwrap_or_else(|_| text.into()),
         };
-        let records = reader.records().map_while(Result::ok);
-        let records = records.take_while(|record| record.len() == header.len());
-        self.rows.extend(records.map(|r| header.iter().zip(&r).map(cell).collect()));
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|e| no_row(path, header.len(), &e))?;
+            rows.push(header.iter().zip(&record).map(cell).collect());
+        }
+        self.rows.append(&mut rows);
+        Ok(())
     }
 
     /// Leaves out rows.
@@ -206,6 +215,12 @@ impl Table {
         bytes.push(b'\n');
         Ok(bytes)
     }
+}
+
+fn no_row(path: &Path, columns: usize, e: &csv::Error) -> Error {
+    let line = e.position().map_or(1, csv::Position::line);
+    let why = format!("this is no row of {columns} columns in UTF-8");
+    InputError::new(path, why).at(line as usize, None).into()
 }
 
 fn failed(e: &dyn fmt::Display) -> Error {
@@ -279,13 +294,22 @@ mod tests {
         csv.extend(Table::csv_line(&table.rows()[0]).expect("written"));
         csv.extend(b"cut,7,0.33");
         let mut read = Table::new(["zone", "degree", "energy"]);
-        read.add_csv(&csv, &["zone"]);
+        let path = Path::new("t.csv");
+        read.add_csv(path, &csv, &["zone"]).expect("rows");
         assert_eq!(read.rows().len(), 4);
         assert_eq!(read.rows()[3], table.rows()[0]);
         assert_eq!(format!("{:?}", &read.rows()[..3]), format!("{:?}", table.rows()));
-        let mut read = Table::new(["zone", "degree", "energy"]);
-        read.add_csv(b"zone,degree,energy\n1,2,3\n1,2\n1,2,3\n", &["zone"]);
-        assert_eq!(read.rows(), [[Cell::from("1"), Cell::Whole(2), Cell::Whole(3)]]);
+    }
+
+    #[test]
+    fn line_that_is_no_row_is_told_and_nothing_is_taken() {
+        for bad in [&b"1,2"[..], b"1,2,3,4", b"\xe9,2,3"] {
+            let csv = [b"zone,degree,energy\n1,2,3\n", bad, b"\n1,2,3\n"].concat();
+            let mut read = Table::new(["zone", "degree", "energy"]);
+            let error = read.add_csv(Path::new("t.csv"), &csv, &["zone"]).expect_err("no row");
+            assert_eq!(error.to_string(), "t.csv:3: this is no row of 3 columns in UTF-8");
+            assert!(read.rows().is_empty());
+        }
     }
 
     #[test]

@@ -53,14 +53,14 @@ impl Rotation {
             .fold(0.0, |worst: f64, d| if d.is_nan() { f64::INFINITY } else { worst.max(d.abs()) });
         if defect > DEFECT {
             return Err(Error::Parameter(format!(
-                "this matrix is no rotation: its columns are not unit vectors at right angles (off by {defect:.1e}); \
-                 give the scale apart"
+                "this matrix is no rotation: its columns are not unit vectors at right angles (off \
+                 by {defect:.1e}); give the scale apart"
             )));
         }
         if matrix.determinant() < 0.0 {
             return Err(Error::Parameter(
-                "this matrix is no rotation: its determinant is -1, it turns left into right; mirror the shape first, \
-                 then rotate it"
+                "this matrix is no rotation: its determinant is -1, it turns left into right; \
+                 mirror the shape first, then rotate it"
                     .into(),
             ));
         }

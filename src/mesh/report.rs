@@ -5,6 +5,7 @@
 //! exactly once each way. Time is linear in the size of the mesh; beside the mesh there is never
 //! more than another two thirds of its memory.
 
+use crate::error::Advice;
 use crate::mesh::Mesh;
 use crate::mesh::boundary::{BoundaryLoop, for_each_loop};
 use crate::mesh::edges::{BadEdge, EdgeFault, for_each_edge, for_each_group};
@@ -133,13 +134,26 @@ impl MeshReport {
     /// outwards.
     ///
     /// # Errors
-    /// [`Error::Geometry`] with the sentences about whatever is missing.
+    /// [`Error::Geometry`] with the sentences about whatever is missing, and what a repair can do
+    /// about it.
     pub fn require_closed(&self) -> Result<()> {
         let faults = self.surface_faults();
         if faults.is_empty() {
             return Ok(());
         }
-        Err(Error::Geometry(format!("the mesh does not enclose a volume: {}", faults.join("; "))))
+        let sentence = format!("the mesh does not enclose a volume: {}", faults.join("; "));
+        let error = Error::Geometry(sentence);
+        Err(match self.advice() {
+            Some(advice) => error.advise(advice),
+            None => error,
+        })
+    }
+
+    /// Returns the repair that may make the mesh enclose a volume, where one may.
+    pub fn advice(&self) -> Option<Advice> {
+        let is_mended = self.boundary + self.non_manifold + self.inconsistent > 0;
+        let rim = self.longest_loop.as_ref().map(|rim| rim.edges);
+        (is_mended || self.is_inside_out()).then_some(Advice::Repair(rim))
     }
 
     /// Returns the deficiencies that keep a mesh from enclosing a volume.
@@ -396,6 +410,7 @@ mod tests {
             triangles.remove(0);
         });
         assert_eq!((report.boundary, report.examples.len(), report.euler()), (3, 3, 1));
+        assert_eq!(report.advice(), Some(Advice::Repair(Some(3))));
         let message = report.require_closed().unwrap_err().to_string();
         assert!(message.contains("3 edges have one face only"), "{message}");
         assert!(message.contains("vertices 0-4 at [0.000000, 0.000000, 0.000000] to"), "{message}");
@@ -416,7 +431,9 @@ mod tests {
         let report = changed(&shapes::cube(), |_, triangles| triangles[5].swap(0, 1));
         assert_eq!((report.inconsistent, report.boundary, report.non_manifold), (3, 0, 0));
         assert!(!report.is_closed());
+        assert_eq!(report.advice(), Some(Advice::Repair(None)));
         let report = MeshReport::of(&shapes::cube().flipped());
+        assert_eq!(report.advice(), Some(Advice::Repair(None)));
         assert!(report.is_closed() && report.is_inside_out());
         assert!(report.require_closed().unwrap_err().to_string().contains("look inwards"));
     }

@@ -70,8 +70,8 @@ impl Mesh {
         if let Some(face) = triangles.iter().position(|t| t.iter().any(stray)) {
             let vertex = triangles[face].iter().copied().find(stray).unwrap_or(0);
             return Err(Error::Geometry(format!(
-                "face {face} names vertex {vertex}, but the mesh has {count} vertices (numbered from 0); give \
-                 every face three numbers below {count}"
+                "face {face} names vertex {vertex}, but the mesh has {count} vertices (numbered \
+                 from 0); give every face three numbers below {count}"
             )));
         }
         Ok(Self { positions, triangles })

@@ -67,7 +67,9 @@ impl Figure {
         // kuva leaves room for numbers of its own font, narrower than these: they are counted.
         let draft = self.scene(size, Medium::Terminal { rows, numbers: 0 })?;
         let numbers = draft.elements.iter().filter_map(|element| match element {
-            Primitive::Text { anchor: TextAnchor::End, content, .. } => Some(content.len()),
+            Primitive::Text { anchor: TextAnchor::End, content, .. } => {
+                Some(content.chars().count())
+            }
             _ => None,
         });
         let numbers = numbers.max().unwrap_or(0);
@@ -85,10 +87,10 @@ impl Figure {
             shown.iter().enumerate().flat_map(|(i, c)| plots(c, i, medium)).collect();
         if plots.is_empty() {
             let logarithmic = self.axes.iter().any(|axis| axis.scale == Scale::Logarithmic);
-            let where_so =
+            let condition =
                 if logarithmic { " and positive where an axis is logarithmic" } else { "" };
             return Err(Error::Parameter(format!(
-                "{}: there is nothing to plot: no point is finite{where_so}",
+                "{}: there is nothing to plot: no point is finite{condition}",
                 self.title
             )));
         }

@@ -109,8 +109,9 @@ impl FalseColour {
         let png = STANDARD.encode(encode_png(self.width, self.height, &samples)?);
         let Area { x, y, width, height } = layout.picture;
         let element = format!(
-            "<g id=\"picture\"><image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" \
-             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{png}\"/></g>"
+            "<g id=\"picture\"><image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
+             preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
+             href=\"data:image/png;base64,{png}\"/></g>"
         );
         Ok(self.drawn(&layout).svg(&element))
     }

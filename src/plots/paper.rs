@@ -9,7 +9,7 @@ use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
 use crate::io::images::encode_png;
 use crate::io::output::SOFTWARE;
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 /// Pictures are drawn this many times finer and averaged, as far as memory allows: kuva smears text
 /// that runs upwards over a pixel.
@@ -116,7 +116,10 @@ impl Paper {
             |e: &dyn std::fmt::Display| Error::Numeric(format!("the plot cannot be drawn: {e}"));
         let size = [self.0.width, self.0.height];
         let [width, height] = size.map(|n| (n * scale).round().max(1.0) as u32);
-        let finer = (FINEST / width.max(height)).clamp(1, FINER);
+        let finest = (FINEST / width.max(height)).clamp(1, FINER);
+        let finer = (2..=finest).rev().find(|finer| ask_for(width * finer, height * finer).is_ok());
+        let finer = finer.unwrap_or(1);
+        ask_for(width * finer, height * finer)?;
         self.0.background_color = Some(format!("#{r:02x}{g:02x}{b:02x}"));
         let backend = PngBackend::new().with_scale(scale as f32 * finer as f32);
         let drawn = backend.render_scene(&self.0).map_err(|e| failed(&e))?;
@@ -203,6 +206,14 @@ impl Paper {
         self.fill(Area::about(at, plate_size(text, size)), WHITE, Some(0.85));
         self.text(at, Align::Middle, size, BLACK, text);
     }
+}
+
+/// Asks for what so many pixels take while they are drawn, coded and read back: 24 bytes each.
+fn ask_for(width: u32, height: u32) -> Result<()> {
+    let bytes = 24.0 * f64::from(width) * f64::from(height);
+    memory::ask(bytes, format_args!("a drawing of {width} x {height} pixels"), |_| {
+        "draw a smaller picture, or write an SVG".to_owned()
+    })
 }
 
 fn colour([r, g, b]: Rgb8) -> Color {

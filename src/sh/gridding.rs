@@ -278,6 +278,11 @@ impl GridSeries {
         Ok(Self { plan, cells, series })
     }
 
+    /// Returns the coefficients of the series.
+    pub fn coefficients(&self) -> &Coefficients {
+        self.series.coefficients()
+    }
+
     /// Evaluates f at the unit vector `direction`.
     pub fn value(&self, direction: DVec3) -> f64 {
         let n = self.plan.around;

@@ -67,8 +67,8 @@ impl Least {
             format!(", and no more is certain than that it is above {bound:.3e}")
         };
         let error = Error::Geometry(format!(
-            "the radius must be positive in every direction, but is {value:.3e} at {}{more}; choose another centre, or \
-             lower the degree or filter the series if it rings",
+            "the radius must be positive in every direction, but is {value:.3e} at {}{more}; \
+             choose another centre, or lower the degree or filter the series if it rings",
             angles(direction)
         ));
         Err(if value < -HEIGHTS * largest { error.advise(Advice::AddRadius) } else { error })

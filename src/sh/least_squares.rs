@@ -290,16 +290,16 @@ fn check_degree(samples: usize, lmax: usize, lambda: f64) -> Result<()> {
     }
     if lmax > MAX_LEAST_SQUARES_DEGREE {
         return Err(Error::Parameter(format!(
-            "least squares of degree {lmax} would need a matrix of {:.1} GB; the highest degree is {MAX_LEAST_SQUARES_DEGREE}: \
-             lower the degree, or project a mesh by its faces",
+            "least squares of degree {lmax} would need a matrix of {:.1} GB; the highest degree is \
+             {MAX_LEAST_SQUARES_DEGREE}: lower the degree, or project a mesh by its faces",
             8e-9 * ((lmax + 1) as f64).powi(4)
         )));
     }
     let unknowns = (lmax + 1) * (lmax + 1);
     if samples < unknowns && lambda == 0.0 {
         return Err(Error::Geometry(format!(
-            "{samples} samples cannot determine the {unknowns} coefficients of degree {lmax}: lower the degree to {} or less, \
-             or damp the series by a lambda such as 1e-6",
+            "{samples} samples cannot determine the {unknowns} coefficients of degree {lmax}: \
+             lower the degree to {} or less, or damp the series by a lambda such as 1e-6",
             samples.isqrt().saturating_sub(1)
         )));
     }
@@ -321,8 +321,9 @@ fn undetermined(
         format!("a lambda above {lambda}")
     };
     Error::Geometry(format!(
-        "the {samples} samples do not determine the series of degree {lmax}: they leave a gap on the sphere, or coincide, so that a function of \
-         degree {l} is (nearly) a sum of others at all of them; lower the degree below {}, add samples, or damp the series by {more}",
+        "the {samples} samples do not determine the series of degree {lmax}: they leave a gap on \
+         the sphere, or coincide, so that a function of degree {l} is (nearly) a sum of others at \
+         all of them; lower the degree below {}, add samples, or damp the series by {more}",
         l.max(1)
     ))
 }

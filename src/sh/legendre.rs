@@ -195,7 +195,8 @@ mod tests {
                 let l = block.first + i;
                 for (lane, value) in r.as_slice().iter().enumerate().take(l + 1 - block.first) {
                     let m = block.first + lane;
-                    q[l * (l + 1) / 2 + m] = value * theta.sin().powi(i32::try_from(m).expect("small"));
+                    let power = i32::try_from(m).expect("small");
+                    q[l * (l + 1) / 2 + m] = value * theta.sin().powi(power);
                 }
             }));
         }

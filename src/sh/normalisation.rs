@@ -182,7 +182,8 @@ fn unnormalised(l: usize, m: usize) -> Result<f64> {
         if value < f64::MIN_POSITIVE {
             return Err(Error::Numeric(format!(
                 "unnormalised coefficients of degree {l}, order {m} are outside the range of f64: \
-                 use the normalisation 4pi, ortho or schmidt (pyshtools takes unnorm only up to degree 85)"
+                 use the normalisation 4pi, ortho or schmidt (pyshtools takes unnorm only up to \
+                 degree 85)"
             )));
         }
     }
@@ -366,10 +367,16 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { rng_seed: prop::test_runner::RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig {
+            rng_seed: prop::test_runner::RngSeed::Fixed(1),
+            failure_persistence: None,
+            ..ProptestConfig::default()
+        })]
 
         #[test]
-        fn import_undoes_export(l in 0_usize..60, m in 0_usize..60, a in -10.0..10.0, b in -10.0..10.0) {
+        fn import_undoes_export(
+            l in 0_usize..60, m in 0_usize..60, a in -10.0..10.0, b in -10.0..10.0
+        ) {
             let m = m.min(l);
             for convention in conventions() {
                 let there = convention.export(l, m, (a, b)).expect("in range");

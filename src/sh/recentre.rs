@@ -14,7 +14,8 @@ use rayon::prelude::*;
 
 use super::shape::{angles, require_positive};
 use super::{
-    Coefficients, Grid, Moments, Series, analysis, range, rotation_derivatives, synthesis,
+    Coefficients, Evaluator, GRIDDED_FROM, Grid, GridMoments, Moments, analysis, range,
+    rotation_derivatives, synthesis,
 };
 use crate::{Error, Result};
 
@@ -42,6 +43,9 @@ const MOST_SAMPLES: usize = 1 << 23;
 
 /// Samples that are added up together; fixed, so that sums do not depend on the number of threads.
 const SAMPLES_PER_TASK: usize = 4096;
+
+/// Grids that are filled side by side at high degrees; fixed as well.
+const GRIDS: usize = 4;
 
 /// Expands the surface r = f(omega) about `centre`, given from the old centre in metres, up to
 /// degree `lmax`.
@@ -96,8 +100,9 @@ fn require_star_shaped(f: &Coefficients, centre: DVec3) -> Result<()> {
     }
     let how = if least > 0.0 { "not certainly" } else { "not" };
     Err(Error::Geometry(format!(
-        "the shape is {how} star-shaped about ({}, {}, {}): from there its surface is seen edge-on or from behind at {} \
-         (from the old centre); choose a centre nearer to the old one, or the centroid, or lower the degree",
+        "the shape is {how} star-shaped about ({}, {}, {}): from there its surface is seen edge-on \
+         or from behind at {} (from the old centre); choose a centre nearer to the old one, or the \
+         centroid, or lower the degree",
         centre.x,
         centre.y,
         centre.z,
@@ -147,26 +152,41 @@ impl View {
 
     /// Projects the distance onto the basis.
     fn projected(&self, lmax: usize) -> Result<Coefficients> {
-        let empty = Moments::new(lmax)?;
-        let add = |points: &[(DVec3, f64, f64)]| {
+        if lmax < GRIDDED_FROM {
+            let empty = Moments::new(lmax)?;
+            let sums = self.summed(SAMPLES_PER_TASK, &empty, Moments::add, Moments::merge);
+            return Ok(sums.coefficients());
+        }
+        let (empty, per_grid) = (GridMoments::new(lmax), self.points.len().div_ceil(GRIDS));
+        self.summed(per_grid, &empty, GridMoments::add, GridMoments::merge).coefficients()
+    }
+
+    fn summed<M: Clone + Send + Sync>(
+        &self,
+        per_task: usize,
+        empty: &M,
+        add: fn(&mut M, DVec3, f64),
+        merge: fn(&mut M, &M),
+    ) -> M {
+        let sum = |points: &[(DVec3, f64, f64)]| {
             let mut part = empty.clone();
             for &(direction, distance, solid_angle) in points {
-                part.add(direction, distance * solid_angle);
+                add(&mut part, direction, distance * solid_angle);
             }
             part
         };
-        let parts: Vec<Moments> = self.points.par_chunks(SAMPLES_PER_TASK).map(add).collect();
+        let parts: Vec<M> = self.points.par_chunks(per_task).map(sum).collect();
         let mut total = empty.clone();
         for part in &parts {
-            total.merge(part);
+            merge(&mut total, part);
         }
-        Ok(total.coefficients())
+        total
     }
 
     /// Returns the RMS over directions and the largest of |series - distance|.
     fn errors(&self, found: &Coefficients) -> Result<[f64; 2]> {
-        let directions: Vec<DVec3> = self.points.iter().map(|p| p.0).collect();
-        let values = Series::new(found)?.values(&directions);
+        let series = Evaluator::new(found)?;
+        let values: Vec<f64> = self.points.par_iter().map(|p| series.value(p.0)).collect();
         let (mut sum, mut worst) = (0.0, 0.0_f64);
         for (value, (_, distance, solid_angle)) in values.iter().zip(&self.points) {
             let error = (value - distance).abs();
@@ -181,7 +201,7 @@ impl View {
 mod tests {
     use super::*;
     use crate::math::sampling::uniform_sphere;
-    use crate::sh::{Solid, volume};
+    use crate::sh::{Series, Solid, volume};
 
     fn ball() -> Coefficients {
         let mut c = Coefficients::zeros(0);

@@ -65,8 +65,8 @@ pub(super) fn require_positive(radii: &[f64], grid: &Grid) -> Result<()> {
     let worst = radii.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
     match worst {
         Some((i, r)) if r.is_nan() || *r <= 0.0 => Err(Error::Geometry(format!(
-            "the radius must be positive in every direction, but is {r:.3e} at {}; choose another centre, or lower the degree or \
-             filter the series if it rings",
+            "the radius must be positive in every direction, but is {r:.3e} at {}; choose another \
+             centre, or lower the degree or filter the series if it rings",
             angles(grid.direction(i))
         ))),
         _ => Ok(()),

@@ -143,8 +143,9 @@ mod tests {
 
     #[test]
     fn grid_on_the_floor_of_a_room_looks_up_from_cell_centres() {
-        let text = "format = 1\n[materials.m.lambert]\nreflectance = 0.5\n[objects.room.box]\nmin = [0, 0, 0]\nmax = [4, 5, 3]\n\
-                    inward = true\nmaterial = \"m\"\n[sensors.g.grid]\non = \"room.z_min\"\nborder = 0.5\ncount = [3, 2]";
+        let text = "format = 1\n[materials.m.lambert]\nreflectance = 0.5\n[objects.room.box]\n\
+                    min = [0, 0, 0]\nmax = [4, 5, 3]\ninward = true\nmaterial = \"m\"\n\
+                    [sensors.g.grid]\non = \"room.z_min\"\nborder = 0.5\ncount = [3, 2]";
         let file = SceneFile::parse("room.toml".as_ref(), text, &[]).expect("valid");
         let Some(crate::io::scene_file::SensorSpec::Grid(grid)) = file.sensors.get("g") else {
             panic!("a grid");

@@ -13,7 +13,7 @@ use super::on_surface::Form;
 use super::sensors::{SensorGroup, behind, check_distances, sensors};
 use super::shared_surfaces::{Preparation, SharedSurfaces};
 use super::solids::{self, Body, Solid};
-use super::stage::{Stage, StageObserver};
+use super::stage::{LoadingObserver, LoadingStage};
 use super::warnings::{coincidences, misplaced_cameras, misplaced_sensors, overlaps};
 use crate::fit::Fit;
 use crate::io::input::FilesRead;
@@ -93,14 +93,14 @@ pub fn load(file: &SceneFile) -> Result<Loaded> {
 pub fn load_for_camera(
     file: &SceneFile,
     camera: Option<&Camera>,
-    observer: StageObserver,
+    observer: LoadingObserver,
 ) -> Result<Loaded> {
     let mut shared = SharedSurfaces::default();
     let objects = file.objects.iter();
     let built =
         objects.map(|(name, spec)| build(file, &mut shared, name, spec, (camera, observer)));
     let built: Vec<Built> = built.collect::<Result<_>>()?;
-    observer(Stage::Checking);
+    observer(LoadingStage::Checking);
     let solids: Vec<Solid> = built.iter().filter_map(|b| Solid::new(&b.object, b.body)).collect();
     let mut warnings = faulty_meshes(&built);
     warnings.extend(overlaps(&solids));
@@ -118,7 +118,7 @@ pub fn load_for_camera(
     let files = files.collect();
     let scene = Scene::new(built.iter().map(|b| b.object.clone()).collect(), lights)?;
     let sensors = sensors(file, &scene, (&built, &solids), observer)?;
-    observer(Stage::Checking);
+    observer(LoadingStage::Checking);
     check_distances(file, &sensors, scene.lights())?;
     warnings.extend(coincidences(&scene, &solids));
     warnings.extend(misplaced_sensors(&sensors, &scene));
@@ -178,7 +178,7 @@ fn build(
     shared: &mut SharedSurfaces,
     name: &str,
     spec: &ObjectSpec,
-    (camera, observer): (Option<&Camera>, StageObserver),
+    (camera, observer): (Option<&Camera>, LoadingObserver),
 ) -> Result<Built> {
     let own = material(file, spec.material())?;
     match spec {
@@ -208,7 +208,7 @@ fn build(
             Ok(Built::new(object, Body::Open))
         }
         ObjectSpec::Mesh(s) => {
-            observer(Stage::Preparing(name));
+            observer(LoadingStage::Preparing(name));
             build_mesh(file, shared, name, s, own)
         }
         ObjectSpec::Sh(s) => build_sh(file, shared, (name, s), own, (camera, observer)),
@@ -237,12 +237,12 @@ fn build_sh(
     shared: &mut SharedSurfaces,
     (name, spec): (&str, &ShSpec),
     own: Material,
-    (camera, observer): (Option<&Camera>, StageObserver),
+    (camera, observer): (Option<&Camera>, LoadingObserver),
 ) -> Result<Built> {
     let at_key = |e| at_file(file, &["objects", name, "sh", "file"], &spec.file, e);
-    observer(Stage::Reading(name));
+    observer(LoadingStage::Reading(name));
     let shape = shared.sh(&spec.file.resolved, spec.degree, spec.centre).map_err(at_key)?;
-    observer(Stage::Preparing(name));
+    observer(LoadingStage::Preparing(name));
     let placement = spec.placement().about(shape.centre)?;
     let detail = seen_detail(&shape.series, &placement, file, spec, camera).map_err(at_key)?;
     let degree = detail.map_or(shape.series.lmax(), |d| d.degree);

@@ -31,7 +31,7 @@ pub use load::{DetailedObject, FittedObject, Loaded, camera, load, load_for_came
 pub use requirements::{Judged, Verdict, judge};
 pub use sensors::SensorGroup;
 pub use shared_surfaces::Preparation;
-pub use stage::{Stage, StageObserver};
+pub use stage::{LoadingObserver, LoadingStage};
 pub use sweep::{SweepRow, SweptSeries, sweep_degree, sweep_mesh};
 #[cfg(feature = "plots")]
 pub use sweep_figure::sweep_figure;

@@ -6,7 +6,8 @@ use super::built::Built;
 use super::grids;
 use super::on_surface::{self, Laid};
 use super::solids::{self, Solid};
-use super::stage::{Stage, StageObserver};
+use super::stage::{LoadingObserver, LoadingStage};
+use crate::error::shown;
 use crate::io::scene_file::{PointsSpec, SceneFile, SensorSpec, SurfaceLayout};
 use crate::scene::{PointLight, Scene, Sensor};
 use crate::{Result, memory};
@@ -33,12 +34,12 @@ pub(super) fn sensors(
     file: &SceneFile,
     scene: &Scene,
     (built, solids): (&[Built], &[Solid]),
-    observer: StageObserver,
+    observer: LoadingObserver,
 ) -> Result<Vec<SensorGroup>> {
     file.sensors
         .iter()
         .map(|(name, spec)| {
-            observer(Stage::LayingOut(name));
+            observer(LoadingStage::LayingOut(name));
             let Laid { sensors, faces } = lay_out(file, scene, built, (name, spec))?;
             let own = match spec {
                 SensorSpec::Surface(surface) => Some(surface.place.object()),
@@ -92,7 +93,7 @@ fn check_count(file: &SceneFile, [name, what]: [&str; 2], count: f64, help: &str
     // Sensors, and the lists that are made of them.
     let bytes = 3.0 * count * size_of::<Sensor>() as f64;
     let advice = memory::fewer(count as usize, help);
-    memory::ask(bytes, format_args!("the {what} `{name}` of {count} sensors"), advice)
+    memory::ask(bytes, format_args!("the {what} `{}` of {count} sensors", shown(name)), advice)
 }
 
 /// Lays out one group of sensors.

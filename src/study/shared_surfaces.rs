@@ -172,7 +172,7 @@ fn note(known: &mut HashMap<PathBuf, FilesRead>, path: &Path, read: FilesRead) -
 
 fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<(SharedSh, FilesRead)> {
     let input = Input::open_file(path)?;
-    let ((series, centre, fit), read) = if SeriesFormat::of_extension(path).is_some() {
+    let ((series, centre, fit), read) = if SeriesFormat::of_extension(input.name()).is_some() {
         let (shape, read) = coefficients::read_as_stated(input)?;
         // Zeros at the end cost as much as other coefficients.
         let degree = degree.min(shape.coefficients.degree_in_use());
@@ -228,8 +228,8 @@ mod tests {
     use crate::sh::Series;
     use crate::surface::StepBisection;
 
-    const CUBE: &str = "OFF\n8 6 0\n-1 -1 -1\n1 -1 -1\n1 1 -1\n-1 1 -1\n-1 -1 1\n1 -1 1\n1 1 1\n-1 1 1\n\
-                        4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
+    const CUBE: &str = "OFF\n8 6 0\n-1 -1 -1\n1 -1 -1\n1 1 -1\n-1 1 -1\n-1 -1 1\n1 -1 1\n1 1 1\n\
+                        -1 1 1\n4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
 
     #[test]
     fn same_file_and_settings_share_and_any_other_setting_does_not() {

@@ -54,6 +54,13 @@ impl Desk {
         fs::write(self.path(name), bytes).expect("written");
     }
 
+    /// Puts a pipe there, which nobody writes to.
+    #[cfg(unix)]
+    pub fn put_pipe(&self, name: &str) {
+        let made = Command::new("mkfifo").arg(self.path(name)).status();
+        assert!(made.expect("mkfifo is there").success());
+    }
+
     pub fn bytes(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }

@@ -4,6 +4,9 @@
 #[cfg(feature = "cli")]
 pub mod desk;
 pub mod films;
+#[cfg(feature = "cli")]
+pub mod running;
+pub mod scenes;
 pub mod solids;
 
 use std::f64::consts::PI;

@@ -39,7 +39,7 @@ const FIXTURES: [(&str, &str); 10] = [
 ];
 
 /// Text of each kind: its target and what stands in it.
-const TEXTS: [(&str, &str); 13] = [
+const TEXTS: [(&str, &str); 20] = [
     ("off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"),
     (
         "ply",
@@ -52,9 +52,43 @@ const TEXTS: [(&str, &str); 13] = [
         "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n\
          endloop\nendfacet\nendsolid a\n",
     ),
+    ("off", "off4 4\n6\n0 0\n0 1 0 0 0 1\n0 0 0 1 3 0 2 1 3 0\n1 3 3 0 3 2 3 1 2 3"),
+    (
+        "off",
+        "COFF # colours\r5 2 0\r0 0 0 9 9 9\r4 0 0\r4 4 0\r2 1\r0 9\r0 4 0\r5 1 2 3 4 0 9\r2 0 1\r",
+    ),
+    (
+        "ply",
+        "ply\rformat ascii 1.0\relement vertex 4\rproperty int x\rproperty int y\r\
+         property int z\relement tristrips 1\rproperty list int int vertex_indices\r\
+         end_header\r0 0 0\r1 0 0\r0 1 0\r0 0 1\r9 0 1 2 3 3 -1 0 1 3\rmore\r",
+    ),
+    (
+        "ply",
+        "ply\nformat ascii 1.0\nelement face 2\nproperty list uchar int vertex_index\n\
+         element vertex 5\nproperty int x\nproperty int y\nproperty int z\nend_header\n\
+         5 1 2 3 4 0\n2 0 1\n0 0 0\n4 0 0\n4 4 0\n2 1 0\n0 4 0\n",
+    ),
+    (
+        "stl",
+        "\u{feff}solid a facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 \
+         end loop end facet\rend solid a\r",
+    ),
     (
         "gltf",
-        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"#,
+        concat!(
+            r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"#,
+            r#""nodes":[{"mesh":0}],"#,
+            r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"#,
+            "\n",
+            r#""buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,"#,
+            r#"AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],"#,
+            "\n",
+            r#""bufferViews":[{"buffer":0,"byteLength":36}],"#,
+            "\n",
+            r#""accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","#,
+            r#""min":[0,0,0],"max":[1,1,0]}]}"#,
+        ),
     ),
     ("points", "# a cloud\n1 0 0\n0,1,0\n0;0;1\n-1 0 0 2\n0 -1 0\n0 0 -1\n0.6 0.8 0\n"),
     ("points", "//X,Y,Z,R,G,B\n1,0,0,9,9,9\n0,1.0D+00,0,9,9,9\n"),
@@ -77,13 +111,44 @@ const TEXTS: [(&str, &str); 13] = [
          desk,1,2,0.75,0,0,1,310.5,\ndesk,1.5,2,0.75,0,0,1,,shelf\n",
     ),
     ("probe", "# point, direction\n0 0 3  0 0 -1\n1,2,3,0.6,-0.8,0\n"),
+    (
+        "obj",
+        "\u{feff}v 0 0 0\rv 4 0 0\rv 4 4 0\rv 2 1 \\ \r0\rv 0 4 0\rf 2 3 4 5 1\rf 1 2\r# a \\\r",
+    ),
+    (
+        "mesh_to_fit",
+        "OFF 4 4 6\n1 1 1\n1 -1 -1\n-1 1 -1\n-1 -1 1\n3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n",
+    ),
     ("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0 # a corner\nvn 0 0 1\no part\nf 1//1 2//1 \\\n3//1\n"),
 ];
 
-const TRIANGLE: &str = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
-"bufferViews":[{"buffer":0,"byteLength":36}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}]}"#;
+/// A scene whose node has a skin and whose positions are sparse ones alone.
+const SPARSE: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0,"skin":0,"scale":[2,2,2]}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"buffers":[{"byteLength":28,"uri":"data:;base64,AQACAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAA=="}],
+"bufferViews":[{"buffer":0,"byteLength":4},{"buffer":0,"byteOffset":4,"byteLength":24}],
+"accessors":[{"componentType":5126,"count":3,"type":"VEC3","sparse":{"count":2,
+"indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":1}}}]}"#;
+
+/// Packs a scene into a binary file with a chunk of an unknown kind.
+fn packed_scene() -> Vec<u8> {
+    let chunk = |kind: &[u8], content: &[u8]| {
+        [&(content.len() as u32).to_le_bytes()[..], kind, content].concat()
+    };
+    let chunks = [chunk(b"JSON", SPARSE.as_bytes()), chunk(b"MORE", &[1, 2, 3, 4])].concat();
+    let length = 12 + chunks.len() as u32;
+    [&b"glTF\x02\0\0\0"[..], &length.to_le_bytes(), &chunks].concat()
+}
+
+/// Writes a triangle in binary STL with attributes behind it.
+fn attributed_facet() -> Vec<u8> {
+    let mut bytes = vec![b' '; 80];
+    bytes.extend(1_u32.to_le_bytes());
+    let numbers = [0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0].map(|n| (n as f32).to_le_bytes());
+    bytes.extend(numbers.concat());
+    bytes.extend([3, 0, 7, 7, 7]);
+    bytes
+}
 
 /// Makes all seeds; `package` is the folder of the package.
 ///
@@ -103,9 +168,11 @@ pub(crate) fn all(package: &Path) -> Result<Vec<Seed>, Box<dyn std::error::Error
         seeds.push(("scene", name, fs::read(entry.path())?));
     }
     for (i, (target, text)) in TEXTS.iter().enumerate() {
-        let rest = if *target == "gltf" { TRIANGLE } else { "" };
-        seeds.push((target, format!("text-{i}"), [text.as_bytes(), rest.as_bytes()].concat()));
+        seeds.push((target, format!("text-{i}"), text.as_bytes().to_vec()));
     }
+    seeds.push(("gltf", "sparse".into(), SPARSE.into()));
+    seeds.push(("gltf", "packed".into(), packed_scene()));
+    seeds.push(("stl", "attributes".into(), attributed_facet()));
     shapes(&mut seeds)?;
     octahedra(&mut seeds)?;
     pictures(&mut seeds)?;

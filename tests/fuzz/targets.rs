@@ -33,37 +33,42 @@ const CONSTANT: usize = 256 * 1024;
 const PER_BYTE: usize = 2048;
 const PER_BYTE_OF_OTHERS: usize = 256;
 
-/// Names a target, and what it does with some bytes.
-pub(crate) type Target = (&'static str, fn(&[u8]));
+/// Names a target, how many inputs the test suite gives it, and what it does with some bytes.
+pub(crate) type Target = (&'static str, u64, fn(&[u8]));
+
+/// How many inputs are given to what takes microseconds, and how many to chains, which take
+/// milliseconds.
+const QUICK: u64 = 16_000;
+const CHAINS: u64 = 800;
 
 /// All targets.
 pub(crate) const TARGETS: [Target; 26] = [
-    ("obj", |data| mesh("mesh.obj", data)),
-    ("ply", |data| mesh("mesh.ply", data)),
-    ("stl", |data| mesh("mesh.stl", data)),
-    ("off", |data| mesh("mesh.off", data)),
-    ("gltf", |data| mesh("mesh.gltf", data)),
-    ("text", |data| series(SeriesFormat::Text, data)),
-    ("dov", |data| series(SeriesFormat::Dov, data)),
-    ("bshc", |data| series(SeriesFormat::Bshc, data)),
-    ("npy", |data| series(SeriesFormat::Npy, data)),
-    ("alm", |data| series(SeriesFormat::Alm, data)),
-    ("fits", |data| series(SeriesFormat::Fits, data)),
-    ("spharm_pdm", |data| series(SeriesFormat::SpharmPdm, data)),
-    ("aics", |data| series(SeriesFormat::Aics, data)),
-    ("shadr", |data| series(SeriesFormat::Shadr, data)),
-    ("icgem", |data| series(SeriesFormat::Icgem, data)),
-    ("binary", in_binary),
-    ("compact", in_compact),
-    ("scene", scene),
-    ("points", in_points),
-    ("csv", tables),
-    ("probe", probe),
-    ("exr", |data| bounded(data, PER_BYTE, |data| drop(Exr::from_bytes(at("a.exr"), data)))),
-    ("checkpoint", in_checkpoint),
-    ("rays", rays_of_any_bits),
-    ("mesh_to_fit", mesh_to_fit),
-    ("series_to_rays", series_to_rays),
+    ("obj", QUICK, |data| mesh("mesh.obj", data)),
+    ("ply", QUICK, |data| mesh("mesh.ply", data)),
+    ("stl", QUICK, |data| mesh("mesh.stl", data)),
+    ("off", QUICK, |data| mesh("mesh.off", data)),
+    ("gltf", QUICK, |data| mesh("mesh.gltf", data)),
+    ("text", QUICK, |data| series(SeriesFormat::Text, data)),
+    ("dov", QUICK, |data| series(SeriesFormat::Dov, data)),
+    ("bshc", QUICK, |data| series(SeriesFormat::Bshc, data)),
+    ("npy", QUICK, |data| series(SeriesFormat::Npy, data)),
+    ("alm", QUICK, |data| series(SeriesFormat::Alm, data)),
+    ("fits", QUICK, |data| series(SeriesFormat::Fits, data)),
+    ("spharm_pdm", QUICK, |data| series(SeriesFormat::SpharmPdm, data)),
+    ("aics", QUICK, |data| series(SeriesFormat::Aics, data)),
+    ("shadr", QUICK, |data| series(SeriesFormat::Shadr, data)),
+    ("icgem", QUICK, |data| series(SeriesFormat::Icgem, data)),
+    ("binary", QUICK, in_binary),
+    ("compact", QUICK, in_compact),
+    ("scene", QUICK, scene),
+    ("points", QUICK, in_points),
+    ("csv", QUICK, tables),
+    ("probe", QUICK, probe),
+    ("exr", QUICK, |data| bounded(data, PER_BYTE, |data| drop(Exr::from_bytes(at("a.exr"), data)))),
+    ("checkpoint", QUICK, in_checkpoint),
+    ("rays", QUICK, rays_of_any_bits),
+    ("mesh_to_fit", CHAINS, mesh_to_fit),
+    ("series_to_rays", CHAINS, series_to_rays),
 ];
 
 fn at(name: &str) -> &Path {

@@ -1,10 +1,12 @@
-"""Read what harmolux writes by pyshtools, healpy, ducc0 and scipy, and compare radii with those of its own text.
+"""Read what harmolux writes by pyshtools, healpy, ducc0 and scipy, and compare radii with those of
+its own text.
 
     cargo build --release
     venv/bin/python tests/interop/check.py target/release/harmolux
 
-For the shape of degree 12 of tests/data/interop and the head at degree 32: each format is written by `convert`, read by the package
-it is made for, and evaluated there in 500 directions; the largest relative difference of the radii must be below 1e-12.
+For the shape of degree 12 of tests/data/interop and the head at degree 32: each format is written
+by `convert`, read by the package it is made for, and evaluated there in 500 directions; the largest
+relative difference of the radii must be below 1e-12.
 """
 
 import pathlib
@@ -23,7 +25,12 @@ TOLERANCE = 1e-12
 
 
 def tool(*arguments):
-    subprocess.run([str(HARMOLUX), *map(str, arguments)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    subprocess.run(
+        [str(HARMOLUX), *map(str, arguments)],
+        check=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
 
 
 def directions():
@@ -43,7 +50,8 @@ def from_pyshtools(coefficients):
 
 
 def harmonics(values, lmax):
-    """Sum over a_lm in healpy's order by scipy's harmonics: f = sum a_l0 Y_l0 + 2 Re sum a_lm Y_lm."""
+    """Sum over a_lm in healpy's order by scipy's harmonics: f = sum a_l0 Y_l0 + 2 Re sum a_lm
+    Y_lm."""
     total = np.zeros(len(THETA))
     for l in range(lmax + 1):
         for m in range(l + 1):
@@ -54,11 +62,14 @@ def harmonics(values, lmax):
 
 def from_ducc0(path, lmax):
     alm = np.load(path)[None]
-    return ducc0.sht.synthesis_general(alm=alm, spin=0, lmax=lmax, loc=np.stack([THETA, PHI], axis=1), epsilon=2e-14)[0]
+    return ducc0.sht.synthesis_general(
+        alm=alm, spin=0, lmax=lmax, loc=np.stack([THETA, PHI], axis=1), epsilon=2e-14
+    )[0]
 
 
 def from_healpy(path, lmax):
-    """healpy evaluates at its pixels only: compared there with scipy's sum of the same numbers, and scipy's sum in our directions."""
+    """healpy evaluates at its pixels only: compared there with scipy's sum of the same numbers, and
+    scipy's sum in our directions."""
     alm = np.load(path)
     pixels = healpy.alm2map(alm, 32, lmax=lmax)
     global THETA, PHI
@@ -71,7 +82,8 @@ def from_healpy(path, lmax):
 
 
 def from_spharm_pdm(path):
-    """The set of points: their distance from the centre, and how far they lie beside their direction."""
+    """The set of points: their distance from the centre, and how far they lie beside their
+    direction."""
     numbers = [float(v) for v in path.read_text().translate(str.maketrans("{},", "   ")).split()]
     rows = np.array(numbers[1:]).reshape(-1, 3)
     assert len(rows) == numbers[0]
@@ -80,7 +92,9 @@ def from_spharm_pdm(path):
         points += rows[l * l][:, None] * sph_harm_y(l, 0, THETA, PHI).real
         for m in range(1, l + 1):
             y = sph_harm_y(l, m, THETA, PHI)
-            points += rows[l * l + 2 * m - 1][:, None] * y.real + rows[l * l + 2 * m][:, None] * y.imag
+            points += (
+                rows[l * l + 2 * m - 1][:, None] * y.real + rows[l * l + 2 * m][:, None] * y.imag
+            )
     omega = np.stack([np.sin(THETA) * np.cos(PHI), np.sin(THETA) * np.sin(PHI), np.cos(THETA)])
     radius = np.sum(points * omega, axis=0)
     beside = np.max(np.linalg.norm(points - radius * omega, axis=0) / radius)
@@ -95,15 +109,28 @@ def from_aics(path):
     c = np.zeros((2, lmax + 1, lmax + 1))
     for l in range(lmax + 1):
         for m in range(lmax + 1):
-            c[0, l, m], c[1, l, m] = float(values[f"shcoeffs_L{l}M{m}C"]), float(values[f"shcoeffs_L{l}M{m}S"])
+            c[0, l, m], c[1, l, m] = (
+                float(values[f"shcoeffs_L{l}M{m}C"]),
+                float(values[f"shcoeffs_L{l}M{m}S"]),
+            )
     lat, lon = np.degrees(np.pi / 2 - THETA), np.degrees(PHI + np.pi)
     return pyshtools.SHCoeffs.from_array(c).expand(lat=lat, lon=lon)
 
 
 def check(name, text, folder):
-    # The reference is scipy's own sum over the text's numbers: orthonormal with phase, sqrt(2) at m > 0 taken out.
+    # The reference is scipy's own sum over the text's numbers: orthonormal with phase, sqrt(2) at m
+    # > 0 taken out.
     reference_file = folder / "reference.txt"
-    tool("convert", text, reference_file, "--to-normalisation", "ortho", "--to-csphase", "-1", "--force")
+    tool(
+        "convert",
+        text,
+        reference_file,
+        "--to-normalisation",
+        "ortho",
+        "--to-csphase",
+        "-1",
+        "--force",
+    )
     rows = np.loadtxt(reference_file, delimiter=",", comments="#")
     lmax = int(rows[-1, 0])
     reference = np.zeros(len(THETA))
@@ -120,7 +147,12 @@ def check(name, text, folder):
         for csphase in [1, -1]:
             flags = ["--to-normalisation", normalisation, "--to-csphase", csphase, "--force"]
             said = {"normalization": normalisation, "csphase": csphase}
-            for extension, fmt in [("txt", "shtools"), ("dov", "dov"), ("bshc", "bshc"), ("npy", "npy")]:
+            for extension, fmt in [
+                ("txt", "shtools"),
+                ("dov", "dov"),
+                ("bshc", "bshc"),
+                ("npy", "npy"),
+            ]:
                 path = folder / f"a.{extension}"
                 tool("convert", text, path, *flags)
                 read = pyshtools.SHCoeffs.from_file(str(path), format=fmt, **said)

@@ -1,10 +1,12 @@
-"""Write the small files of tests/data/interop by the packages themselves, with radii that these packages compute.
+"""Write the small files of tests/data/interop by the packages themselves, with radii that these
+packages compute.
 
     python3 -m venv venv && venv/bin/pip install -r tests/interop/requirements.txt
     venv/bin/python tests/interop/fixtures.py
 
-One shape of degree 12, about 0.09 m, in every convention; only the table of aics-shparam has shapes of its own, found in images.
-radii.json holds for each file [latitude, longitude in degrees, radius] at a few directions, the poles among them.
+One shape of degree 12, about 0.09 m, in every convention; only the table of aics-shparam has shapes
+of its own, found in images. radii.json holds for each file [latitude, longitude in degrees, radius]
+at a few directions, the poles among them.
 """
 
 import csv
@@ -19,7 +21,17 @@ from aicsshparam import shparam
 from scipy.special import sph_harm_y
 
 LMAX = 12
-DIRECTIONS = [(90, 0), (-90, 0), (0, 0), (0, 180), (17, -63.5), (-30, 200), (89.999, 77), (45, 90), (-72.25, 301)]
+DIRECTIONS = [
+    (90, 0),
+    (-90, 0),
+    (0, 0),
+    (0, 180),
+    (17, -63.5),
+    (-30, 200),
+    (89.999, 77),
+    (45, 90),
+    (-72.25, 301),
+]
 FOLDER = pathlib.Path(__file__).parent.parent / "data" / "interop"
 
 
@@ -37,7 +49,10 @@ def shape():
 
 
 def radii(coefficients):
-    return [[lat, lon, float(coefficients.expand(lat=float(lat), lon=float(lon)))] for lat, lon in DIRECTIONS]
+    return [
+        [lat, lon, float(coefficients.expand(lat=float(lat), lon=float(lon)))]
+        for lat, lon in DIRECTIONS
+    ]
 
 
 def radians():
@@ -58,7 +73,11 @@ def write_pyshtools(coefficients):
             # With a header line, and with columns of errors.
             errors = np.abs(converted.coeffs) * 1e-3
             converted = pyshtools.SHCoeffs.from_array(
-                converted.coeffs, normalization=normalization, csphase=csphase, errors=errors, error_kind="formal"
+                converted.coeffs,
+                normalization=normalization,
+                csphase=csphase,
+                errors=errors,
+                error_kind="formal",
             )
             converted.to_file(FOLDER / name, header="0.09, 0.0, 0.0, 12.0", errors=True)
         else:
@@ -93,7 +112,9 @@ def write_alm(coefficients):
     again = healpy.alm2map(triangle, 64, lmax=LMAX)
     pixels = [0, 1000, 20000, 49151]
     places = [healpy.pix2ang(64, p, lonlat=True)[::-1] for p in pixels]
-    found["healpy_alm.npy"] = [[float(a), float(o), float(again[p])] for (a, o), p in zip(places, pixels)]
+    found["healpy_alm.npy"] = [
+        [float(a), float(o), float(again[p])] for (a, o), p in zip(places, pixels)
+    ]
     return found
 
 
@@ -102,7 +123,8 @@ def ducc0_index(l, m):
 
 
 def write_spharm_pdm(coefficients):
-    """SPHARM-PDM's text with its six decimals, in millimetres; the set is projected on scipy's harmonics by quadrature."""
+    """SPHARM-PDM's text with its six decimals, in millimetres; the set is projected on scipy's
+    harmonics by quadrature."""
     degree = LMAX + 1
     nodes, weights = np.polynomial.legendre.leggauss(degree + 2)
     theta = np.arccos(nodes)
@@ -110,7 +132,9 @@ def write_spharm_pdm(coefficients):
     theta, phi = np.meshgrid(theta, phi, indexing="ij")
     weight = np.broadcast_to(weights[:, None], theta.shape) * 2 * np.pi / phi.shape[1]
     lat, lon = np.degrees(np.pi / 2 - theta), np.degrees(phi)
-    r = 1000 * np.array([coefficients.expand(lat=a, lon=o) for a, o in zip(lat.ravel(), lon.ravel())])
+    r = 1000 * np.array(
+        [coefficients.expand(lat=a, lon=o) for a, o in zip(lat.ravel(), lon.ravel())]
+    )
     r = r.reshape(theta.shape)
     centre = np.array([10.0, -20.0, 30.0])
     omega = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
@@ -130,12 +154,15 @@ def write_spharm_pdm(coefficients):
 
 
 def write_aics():
-    """Two pears of voxels, thick towards +x and +y, expanded by aics-shparam; radii by pyshtools at the longitude of that package."""
+    """Two pears of voxels, thick towards +x and +y, expanded by aics-shparam; radii by pyshtools at
+    the longitude of that package."""
     rows = []
     for bend in [0.0, 0.3]:
         z, y, x = (np.indices((48, 48, 48)) - 23.5) / 20
         blob = (y - bend * x**2) ** 2 + 1.5 * z**2 < 0.4 * (1 - x**2) * (1 + 0.8 * x)
-        (values, _), _ = shparam.get_shcoeffs(image=blob.astype(np.uint8), lmax=8, alignment_2d=False)
+        (values, _), _ = shparam.get_shcoeffs(
+            image=blob.astype(np.uint8), lmax=8, alignment_2d=False
+        )
         rows.append(values)
     with open(FOLDER / "aicsshparam.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, ["CellId", *rows[0]])
@@ -150,20 +177,37 @@ def write_aics():
                 c[0, l, m], c[1, l, m] = row[f"shcoeffs_L{l}M{m}C"], row[f"shcoeffs_L{l}M{m}S"]
         values = pyshtools.SHCoeffs.from_array(c)
         found[f"aicsshparam.csv:{number + 1}"] = [
-            [lat, lon, float(values.expand(lat=float(lat), lon=lon + 180.0))] for lat, lon in DIRECTIONS
+            [lat, lon, float(values.expand(lat=float(lat), lon=lon + 180.0))]
+            for lat, lon in DIRECTIONS
         ]
     return found
 
 
 def write_shadr(coefficients):
-    """A record as the Planetary Data System defines it, kilometres; read back by pyshtools as a table with a header."""
+    """A record as the Planetary Data System defines it, kilometres; read back by pyshtools as a
+    table with a header."""
     real = "{:23.16E}".format
-    lines = [",".join([real(0.00009), real(0), real(0), *["%5d" % v for v in (LMAX, LMAX, 1)], real(0), real(0)])]
+    lines = [
+        ",".join(
+            [
+                real(0.00009),
+                real(0),
+                real(0),
+                *["%5d" % v for v in (LMAX, LMAX, 1)],
+                real(0),
+                real(0),
+            ]
+        )
+    ]
     lines[0] += "," + " " * 105
     for l in range(LMAX + 1):
         for m in range(l + 1):
             c, s = coefficients.coeffs[:, l, m] / 1000
-            lines.append(",".join(["%5d" % l, "%5d" % m, real(c), real(s), real(1e-9), real(1e-9)]) + ", " + " " * 12)
+            lines.append(
+                ",".join(["%5d" % l, "%5d" % m, real(c), real(s), real(1e-9), real(1e-9)])
+                + ", "
+                + " " * 12
+            )
     path = FOLDER / "shadr_km.tab"
     path.write_bytes(("\r\n".join(lines) + "\r\n").encode())
     back = pyshtools.SHCoeffs.from_file(path, header=True, errors=True)

@@ -258,7 +258,11 @@ fn crops_and_chosen_layers_reach_the_files() {
 fn pictures_of_nothing_and_impossible_crops_are_refused() {
     let folder = folder();
     let at = folder.path();
-    let open = ROOM.replace("[objects.room.box]\nmin = [0, 0, 0]\nmax = [4, 5, 3]\ninward = true\nmaterial = \"walls\"\n", "");
+    let open = ROOM.replace(
+        "[objects.room.box]\nmin = [0, 0, 0]\nmax = [4, 5, 3]\ninward = true\n\
+                             material = \"walls\"\n",
+        "",
+    );
     fs::write(at.join("open.toml"), open).expect("written");
     let away = "cameras.main.perspective.to=[2, -3, 1]";
     for (arguments, code, words) in [

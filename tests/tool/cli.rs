@@ -1,60 +1,44 @@
 //! The tool as a user meets it: what all verbs have in common, and each verb once.
 
 use std::fs;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use harmolux::io::coefficients::{self, ReadOptions};
 use harmolux::io::images::Exr;
 use serde_json::Value;
 
 use crate::common::desk::{Desk, Said, assert_says, repository};
+use crate::common::scenes::{CAMERA, LAMP, ROOM};
 use crate::common::solids::{cube, u_shape};
 
-/// A room with a crate, a lamp, a camera of 16 x 12 pixels and five sensors: nothing is fitted, so
-/// all runs are short.
-const ROOM: &str = r#"format = 1
-
-[materials.walls.lambert]
-reflectance = 0.5
-
-[objects.room.box]
-min = [0, 0, 0]
-max = [4, 5, 3]
-inward = true
-material = "walls"
-
-[objects.crate.box]
+/// A second body.
+const CRATE: &str = r#"[objects.crate.box]
 min = [2.5, 3, 0.2]
 max = [3.5, 4, 1.2]
-material = "walls"
+material = "grey"
+"#;
 
-[lights.lamp.point]
-at = [1, 1, 2.5]
-intensity = 100
-
-[cameras.main.perspective]
-from = [2, 0.25, 1.6]
-to = [2, 3, 1.2]
-fov = 60
-resolution = [16, 12]
-
-[sensors.floor.grid]
+/// What is measured, and how much.
+const MEASURED: &str = r#"[sensors.floor.grid]
 on = "room.z_min"
 border = 0.5
 count = [3, 1]
-
 [sensors.spots.points]
 at = [[1, 1, 0], [3, 1, 0]]
 normal = [0, 0, 1]
-
 [render]
 seed = 1
 stop = { walks = 16 }
-
 [illum]
 seed = 1
 stop = { walks = 64 }
 "#;
+
+/// A room with a crate, a lamp, a camera of 16 x 12 pixels and five sensors: nothing is fitted, so
+/// all runs are short.
+fn room() -> String {
+    [ROOM, CRATE, LAMP, CAMERA, "resolution = [16, 12]\n", MEASURED].concat()
+}
 
 /// The stop that makes renders of the repository's own scene short.
 const SHORT: [&str; 4] = ["--size", "16x12", "-D", "render.stop={walks=64}"];
@@ -65,13 +49,14 @@ fn head_room() -> String {
 
 /// A folder with `room.toml`.
 fn desk_with_room() -> Desk {
-    Desk::new().with("room.toml", ROOM)
+    Desk::new().with("room.toml", room())
 }
 
 /// Rejects the room with `from` replaced by `to`.
 fn refused_room(desk: &Desk, verb: &str, [from, to]: [&str; 2], words: &[&str]) {
-    assert!(ROOM.contains(from), "{from}");
-    desk.put("changed.toml", ROOM.replacen(from, to, 1));
+    let room = room();
+    assert!(room.contains(from), "{from}");
+    desk.put("changed.toml", room.replacen(from, to, 1));
     desk.refused([verb, "changed.toml"], words);
 }
 
@@ -205,7 +190,8 @@ fn illum_prints_a_table_for_each_group_and_writes_csv() {
         lines.next(),
         Some(
             "group,x_m,y_m,z_m,normal_x,normal_y,normal_z,illuminance_lx,half_width_95_lx,\
-             standard_error_lx,direct_lx,non_finite_samples,exact_lx,deviation_in_standard_errors,behind"
+             standard_error_lx,direct_lx,non_finite_samples,exact_lx,\
+             deviation_in_standard_errors,behind"
         )
     );
     let groups: Vec<&str> = lines.filter_map(|l| l.split(',').next()).collect();
@@ -242,11 +228,12 @@ fn fitted_coefficients_are_described_and_stand_in_a_scene() {
     for name in ["degree", "coefficients", "bytes", "centre", "mean_radius"] {
         assert_eq!(fitted[name], held[name], "{name}");
     }
-    let head = "[objects.head.sh]\nfile = \"head.txt\"\ndegree = 8\nat = [1.5, 3, 1.5]\nscale = 5\nmaterial = \"walls\"\n";
-    desk.put("room.toml", format!("{ROOM}{head}"));
+    let head = "[objects.head.sh]\nfile = \"head.txt\"\ndegree = 8\nat = [1.5, 3, 1.5]\n\
+                scale = 5\nmaterial = \"grey\"\n";
+    desk.put("room.toml", room() + head);
     let with_head = desk.done(["render", "room.toml", "-o", "a.exr"]);
     assert!(!with_head.err.contains("warning"), "{}", with_head.err);
-    desk.put("room.toml", ROOM);
+    desk.put("room.toml", room());
     desk.done(["render", "room.toml", "-o", "b.exr"]);
     assert!(desk.bytes("a.exr") != desk.bytes("b.exr"), "the head is not to be seen");
 }
@@ -439,8 +426,8 @@ fn misspelt_key_is_answered_as_the_readme_shows() {
 
 #[test]
 fn unknown_material_is_located_and_the_nearest_is_named() {
-    let change = ["material = \"walls\"", "material = \"wals\""];
-    let words = ["changed.toml:10:12: unknown material `wals`", "did you mean `walls`?"];
+    let change = ["material = \"grey\"", "material = \"gray\""];
+    let words = ["changed.toml:8:12: unknown material `gray`", "did you mean `grey`?"];
     for verb in ["render", "illum"] {
         refused_room(&Desk::new(), verb, change, &words);
     }
@@ -456,12 +443,12 @@ fn missing_scene_and_what_is_no_scene_are_named() {
 
 #[test]
 fn missing_mesh_of_a_scene_is_located() {
-    let head = "[objects.head.sh]\nfile = \"none.obj\"\ndegree = 4\nmaterial = \"walls\"\n[render]";
+    let head = "[objects.head.sh]\nfile = \"none.obj\"\ndegree = 4\nmaterial = \"grey\"\n[render]";
     refused_room(
         &Desk::new(),
         "render",
         ["[render]", head],
-        &["changed.toml:37:8: none.obj: cannot"],
+        &["changed.toml:29:8: none.obj: cannot"],
     );
 }
 
@@ -469,14 +456,14 @@ fn missing_mesh_of_a_scene_is_located() {
 fn unfit_mesh_of_a_scene_is_located() {
     let desk = Desk::new();
     desk.put("u.obj", u_shape());
-    let head = "[objects.u.sh]\nfile = \"u.obj\"\ndegree = 4\nmaterial = \"walls\"\n[render]";
-    let words = ["changed.toml:37:8: u.obj: the mesh is not star-shaped"];
+    let head = "[objects.u.sh]\nfile = \"u.obj\"\ndegree = 4\nmaterial = \"grey\"\n[render]";
+    let words = ["changed.toml:29:8: u.obj: the mesh is not star-shaped"];
     refused_room(&desk, "render", ["[render]", head], &words);
 }
 
 #[test]
 fn light_inside_an_object_is_located() {
-    let words = ["changed.toml:18:6: light `lamp`", "behind the surface of `crate`", "help: "];
+    let words = ["changed.toml:14:6: light `lamp`", "behind the surface of `crate`", "help: "];
     refused_room(&Desk::new(), "illum", ["[1, 1, 2.5]", "[3, 3.5, 0.7]"], &words);
 }
 
@@ -485,7 +472,7 @@ fn light_outside_the_room_is_located_on_every_side() {
     let desk = Desk::new();
     let sides = ["[9, 2, 1]", "[-9, 2, 1]", "[2, 19, 1]", "[2, -9, 1]", "[2, 2, 9]", "[2, 2, -9]"];
     for side in sides {
-        let words = ["changed.toml:18:6: light `lamp` is behind the surface of `room`", "`room`"];
+        let words = ["changed.toml:14:6: light `lamp` is behind the surface of `room`", "`room`"];
         refused_room(&desk, "render", ["[1, 1, 2.5]", side], &words);
     }
 }
@@ -495,7 +482,7 @@ fn scene_without_light_camera_or_sensors_says_so() {
     let desk = Desk::new();
     let without = |headers: &[&str]| {
         let keep = |part: &&str| !headers.iter().any(|h| part.starts_with(h));
-        ROOM.split("\n[").filter(keep).collect::<Vec<_>>().join("\n[")
+        room().split("\n[").filter(keep).collect::<Vec<_>>().join("\n[")
     };
     desk.put("dark.toml", without(&["lights"]));
     desk.refused(["render", "dark.toml"], &["dark.toml", "no light", "lights.NAME.point"]);
@@ -570,7 +557,12 @@ fn file_that_is_there_is_replaced_only_by_force() {
         arguments.push("--force");
         desk.done(&arguments);
         arguments.pop();
-        desk.refused(&arguments, &["this file is there already"]);
+        if is_table {
+            // It goes on, and draws its figure again.
+            desk.done(&arguments);
+        } else {
+            desk.refused(&arguments, &["this file is there already"]);
+        }
     }
 }
 
@@ -643,12 +635,12 @@ fn hidden_sensors_are_warned_of_marked_and_do_not_count() {
 fn light_that_leaves_an_open_scene_is_warned_of() {
     let desk = desk_with_room();
     let open =
-        "{ corner = [0, 0, 0], edge_u = [4, 0, 0], edge_v = [0, 5, 0], material = \"walls\" }";
-    desk.put("room.toml", ROOM.replace("on = \"room.z_min\"\nborder = 0.5", "height = 0.5"));
+        "{ corner = [0, 0, 0], edge_u = [4, 0, 0], edge_v = [0, 5, 0], material = \"grey\" }";
+    desk.put("room.toml", room().replace("on = \"room.z_min\"\nborder = 0.5", "height = 0.5"));
     let text = desk.text("room.toml");
     let (before, after) = text.split_once("[objects.room.box]").expect("a room");
-    let (_, after) = after.split_once("\n\n").expect("its end");
-    desk.put("room.toml", format!("{before}[objects]\nfloor.rectangle = {open}\n\n{after}"));
+    let (_, after) = after.split_once("\n[").expect("its end");
+    desk.put("room.toml", format!("{before}[objects]\nfloor.rectangle = {open}\n[{after}"));
     let said = desk.done(["render", "room.toml", "--force"]).err;
     assert_says(&said, &["warning: ", "% of the light left the scene"]);
 }
@@ -679,50 +671,26 @@ fn target_that_is_met_ends_with_0() {
 mod interrupts {
     use super::*;
     use crate::common::desk::interrupt;
-    use std::process::Child;
+    use crate::common::running::Running;
     use std::thread::sleep;
-    use std::time::{Duration, Instant};
+    use std::time::Duration;
 
-    /// Ends the tool when a test fails before it has ended by itself.
-    struct Running(Child);
-
-    impl Drop for Running {
-        fn drop(&mut self) {
-            let _ = self.0.kill();
-            let _ = self.0.wait();
-        }
-    }
-
-    /// Starts the tool, interrupts it when it has come to its long run, and gives its exit code and
-    /// what it said.
-    fn interrupted(desk: &Desk, arguments: &[&str]) -> (Option<i32>, String) {
-        let log = fs::File::create(desk.path("stderr.log")).expect("created");
-        let mut command = desk.command(arguments);
-        let child = command.stdout(Stdio::null()).stderr(log).spawn().expect("the tool starts");
-        let mut running = Running(child);
+    /// Starts the tool, interrupts it when it has come to its long run, and waits for its end.
+    fn interrupted(desk: &Desk, arguments: &[&str]) -> Said {
+        let mut run = Running::start(&mut desk.command(arguments));
         // Far longer than the 0.02 s that reading the room takes, far shorter than the run.
         sleep(Duration::from_secs(1));
-        let pid = running.0.id().to_string();
-        let kill = Command::new("kill").args([interrupt(), &pid]).status().expect("kill is there");
-        assert!(kill.success(), "the run had ended: {}", desk.text("stderr.log"));
-        let started = Instant::now();
-        let status = loop {
-            match running.0.try_wait().expect("a child") {
-                Some(status) => break status,
-                None if started.elapsed() > Duration::from_secs(20) => panic!("still running"),
-                None => sleep(Duration::from_millis(10)),
-            }
-        };
-        (status.code(), desk.text("stderr.log"))
+        run.send(interrupt());
+        run.end()
     }
 
     #[test]
     fn interrupted_render_saves_the_picture_so_far() {
         let desk = desk_with_room();
         let walks = "render.stop={walks=10000000}";
-        let (code, said) = interrupted(&desk, &["render", "room.toml", "-j", "1", "-D", walks]);
-        assert_eq!(code, Some(130), "{said}");
-        assert_says(&said, &["warning: interrupted: the files hold the picture so far"]);
+        let said = interrupted(&desk, &["render", "room.toml", "-j", "1", "-D", walks]);
+        assert_eq!(said.code, 130, "{}", said.err);
+        assert_says(&said.err, &["warning: interrupted: the files hold the picture so far"]);
         assert!(!desk.path("room.exr").exists(), "what is unfinished takes no place");
         let image = Exr::read(&desk.path("room.unfinished.exr")).expect("readable");
         assert!(image.channel("luminance.Y").is_some_and(|y| y.iter().any(|v| *v > 0.0)));
@@ -735,9 +703,9 @@ mod interrupts {
         let desk = desk_with_room();
         let walks = "illum.stop={walks=1000000000000}";
         let arguments = ["illum", "room.toml", "-j", "1", "-o", "a.csv", "-D", walks];
-        let (code, said) = interrupted(&desk, &arguments);
-        assert_eq!(code, Some(130), "{said}");
-        assert_says(&said, &["written a.unfinished.csv"]);
+        let said = interrupted(&desk, &arguments);
+        assert_eq!(said.code, 130, "{}", said.err);
+        assert_says(&said.err, &["written a.unfinished.csv"]);
         let table = desk.text("a.unfinished.csv");
         assert_eq!(table.lines().count(), 6, "a header and five sensors");
         assert!(!desk.path("a.csv").exists(), "what is unfinished takes no place");

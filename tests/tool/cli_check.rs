@@ -34,7 +34,8 @@ fn sound_mesh_ends_with_0_and_names_a_centre() {
         "oriented         yes, outwards",
         "1, Euler number 2, genus 0",
         "crossings        none",
-        "star-shaped      yes, about (0.5000, 0.5000, 0.5000) m, which every face clears by 0.5000 m",
+        "star-shaped      yes, about (0.5000, 0.5000, 0.5000) m, which every face clears by 0.5000 \
+         m",
         "from the origin  about (0, 0, 0) m, which lies 0 m behind face",
     ];
     assert_says(&out, &words);
@@ -120,9 +121,22 @@ fn open_inside_out_crossing_and_divided_meshes_are_told_apart() {
     let value = desk.json_at(4, ["check", "apart.obj"]);
     assert_eq!((&value["components"], &value["crossings"]["pairs"]), (&2.into(), &0.into()));
 
+    // What cures a mesh stands in the first error about it.
+    let flipped = "`--repair` mends that (`harmolux check --repair -o FILE` writes it)";
+    for (file, cure) in [
+        ("flipped.ply", flipped),
+        ("apart.obj", "is in 2 pieces; keep one piece alone (`harmolux check --repair --largest-"),
+    ] {
+        let Said { err, .. } = desk.ends(3, ["fit", file, "-l", "2", "-o", "a.txt"]);
+        assert_says(&err, &[cure]);
+    }
+    let Said { out, .. } = desk.ends(4, ["check", "flipped.ply"]);
+    assert_says(&out, &[flipped]);
+
     desk.put("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let Said { out, .. } = desk.ends(4, ["check", "one.obj"]);
-    assert_says(&out, &["closed           no", "3 edges have one face only"]);
+    let cure = "`--repair --fill-holes 3` fills holes too";
+    assert_says(&out, &["closed           no", "3 edges have one face only", cure]);
 }
 
 #[test]

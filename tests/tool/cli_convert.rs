@@ -7,9 +7,11 @@ use serde_json::Value;
 use crate::common::desk::{Desk, Said};
 
 /// A lopsided ball: degree 2, 4pi, csphase 1, about a centre of its own.
-const SHAPE: &str = "# harmolux 0.1.0 coefficients\n# normalisation: 4pi\n# csphase: 1\n# unit: m\n# centre: 0.5 0.0 -0.25\n\
-                     # source: \"rock.obj\"\n# source-hash: fnv1a64:85944171f73967e8\n# lmax: 2\n\
-                     0, 0, 1.0, 0.0\n1, 0, 0.1, 0.0\n1, 1, 0.05, -0.02\n2, 0, 0.03, 0.0\n2, 1, 0.01, 0.02\n2, 2, -0.04, 0.03\n";
+const SHAPE: &str = "# harmolux 0.1.0 coefficients\n# normalisation: 4pi\n# csphase: 1\n# unit: m\n\
+                     # centre: 0.5 0.0 -0.25\n# source: \"rock.obj\"\n\
+                     # source-hash: fnv1a64:85944171f73967e8\n# lmax: 2\n0, 0, 1.0, 0.0\n\
+                     1, 0, 0.1, 0.0\n1, 1, 0.05, -0.02\n2, 0, 0.03, 0.0\n2, 1, 0.01, 0.02\n\
+                     2, 2, -0.04, 0.03\n";
 
 /// A folder with a shape.
 fn desk() -> Desk {

@@ -165,7 +165,8 @@ fn probe_marks_points_outside_the_room_and_refuses_those_in_a_lamp() {
     let lines: Vec<&str> = said.lines().collect();
     assert_eq!((code, &lines[1..3]), (0, &["NaN\tbehind room"; 2][..]), "{said}");
     assert!(lines[0].starts_with(|c: char| c.is_ascii_digit()), "{said}");
-    let words = "warning: 2 of 3 points are outside the room, or inside the object, `room` (the first is point 2); they measure nothing";
+    let words = "warning: 2 of 3 points are outside the room, or inside the object, `room` (the \
+                 first is point 2); they measure nothing";
     assert!(said.contains(words), "{said}");
     let (code, said) = probe(&desk, &["-I", "--json"], input);
     let rows: Value = serde_json::from_str(

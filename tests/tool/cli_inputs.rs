@@ -7,37 +7,23 @@ use std::os::unix::ffi::OsStringExt;
 use std::process::Command;
 
 use crate::common::desk::{Desk, assert_says, repository};
+use crate::common::scenes::{BALL, CAMERA, LAMP, ROOM};
 
-/// A room with a ball of glass beads, a lamp and a sensor in the room and one in the ball.
-const ROOM: &str = r#"format = 1
-[materials.grey.lambert]
-reflectance = 0.6
-[objects.room.box]
-min = [0, 0, 0]
-max = [4, 5, 3]
-inward = true
-material = "grey"
-[objects.BALL.sphere]
-centre = [2, 3, 1]
-radius = 0.7
-material = "grey"
-[lights.lamp.point]
-at = [1, 1, 2.5]
-intensity = 100
-[sensors.DESK.points]
+/// What is measured in the room and in the ball, and how it is rendered.
+const MEASURED: &str = r#"[sensors.desk.points]
 at = [[1, 1, 0], [2, 3, 1]]
 normal = [0, 0, 1]
-[cameras.main.perspective]
-from = [2, 0.3, 1.5]
-to = [2, 3, 1]
-fov = 60
-resolution = [4, 3]
 [illum]
 stop = { walks = 32 }
 [render]
 estimator = "path"
 stop = { walks = 32 }
 "#;
+
+/// A room with a ball, a lamp and a sensor in the room and one in the ball.
+fn room() -> String {
+    [ROOM, BALL, LAMP, CAMERA, "resolution = [4, 3]\n", MEASURED].concat()
+}
 
 /// A table of `illum`, a column of sensors.
 const LUX: &str = "group,x_m,y_m,z_m,normal_x,normal_y,normal_z,illuminance_lx,behind\n\
@@ -49,14 +35,9 @@ fn put(desk: &Desk, name: &str, bytes: &[u8], piped: bool) {
     if !piped {
         return desk.put(name, bytes);
     }
-    make_pipe(desk, name);
+    desk.put_pipe(name);
     // Ends when the pipe is read, or with this process.
     std::thread::spawn(move || fs::write(path, bytes));
-}
-
-fn make_pipe(desk: &Desk, name: &str) {
-    let made = Command::new("mkfifo").arg(desk.path(name)).status().expect("mkfifo");
-    assert!(made.success());
 }
 
 fn data(path: &str) -> Vec<u8> {
@@ -92,7 +73,7 @@ fn pipes_give_what_files_give() {
         ("random --spectrum in -l 2 -o a.txt", "in", &rock),
         ("random --spectrum in --radius 1 -o a.txt", "in", b"degree,power\n2,1e-4\n"),
         ("falsecolor in -o a.svg", "in", LUX.as_bytes()),
-        ("probe in.toml", "in.toml", ROOM.as_bytes()),
+        ("probe in.toml", "in.toml", room().as_bytes()),
     ] {
         let line = if line == "diff in in" { "diff in rock.txt --width 0.1" } else { line };
         let [file, pipe] = [false, true].map(|piped| {
@@ -133,8 +114,8 @@ fn pipe_in_a_scene_is_refused_and_not_waited_for() {
     let mesh = "[objects.head.mesh]\nfile = \"head.obj\"\nmaterial = \"grey\"\n";
     let series = "[objects.head.sh]\nfile = \"head.obj\"\ndegree = 2\nmaterial = \"grey\"\n";
     for object in [mesh, series] {
-        let desk = Desk::new().with("room.toml", format!("{ROOM}{object}"));
-        make_pipe(&desk, "head.obj");
+        let desk = Desk::new().with("room.toml", room() + object);
+        desk.put_pipe("head.obj");
         let said = desk.ends(3, "illum room.toml");
         assert_says(&said.err, &["head.obj: this is a pipe, not a file", "help: write what"]);
     }
@@ -166,7 +147,7 @@ fn buffer(height: f32) -> Vec<u8> {
 fn run_goes_on_only_with_the_buffers_it_began_with() {
     let object = "[objects.m.mesh]\nfile = \"m.gltf\"\nat = [1, 1, 1]\nmaterial = \"grey\"\n";
     let desk = Desk::of(&["render", "room.toml", "-o", "a.exr"])
-        .with("room.toml", format!("{ROOM}{object}"))
+        .with("room.toml", room() + object)
         .with("m.gltf", gltf(60))
         .with("m.bin", buffer(0.5));
     desk.done(["--checkpoint", "k.checkpoint"]);
@@ -184,9 +165,22 @@ fn run_goes_on_only_with_the_buffers_it_began_with() {
 }
 
 #[test]
+fn row_of_a_mesh_is_of_its_buffers_too() {
+    let desk = Desk::of(&["fit", "m.gltf", "-l", "1", "-o", "out"])
+        .with("m.gltf", gltf(60))
+        .with("m.bin", buffer(0.5));
+    desk.done(["--centre", "0.1,0.1,0.1"]);
+    desk.done(["--centre", "0.1,0.1,0.1"]);
+    desk.put("m.bin", buffer(0.75));
+    let difference = ["the row of m.gltf is of another run"];
+    desk.refused(["--centre", "0.1,0.1,0.1"], &difference);
+}
+
+#[test]
 fn names_and_words_of_files_do_not_steer_the_terminal() {
     let evil = format!(r#""x\u001b[2J\nerror: all is lost\u202e{}""#, "y".repeat(300));
-    let room = ROOM.replace("BALL", &evil).replace("DESK", &evil);
+    let room = room().replace("objects.ball", &format!("objects.{evil}"));
+    let room = room.replace("sensors.desk", &format!("sensors.{evil}"));
     let desk = Desk::new()
         .with("room.toml", room)
         .with("a.obj", format!("v 0 0 \x1b[2J{}\n", "z".repeat(500)))
@@ -231,7 +225,7 @@ fn paths_that_are_no_utf8_are_written_as_text_and_bytes() {
         .with("stone.obj", data("tests/data/meshes/trimesh.obj"))
         .with("rock.txt", data("data/shapes/pebble.txt"))
         .with("lux.csv", LUX)
-        .with("room.toml", ROOM);
+        .with("room.toml", room());
     for (line, text, bytes) in [
         ("check stone.obj --repair -o ODD.ply", "\u{fffd}.ply", "/y5wbHk="),
         ("convert rock.txt ODD.dov", "\u{fffd}.dov", "/y5kb3Y="),

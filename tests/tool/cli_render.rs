@@ -2,32 +2,13 @@
 //! refused before a run.
 
 use std::fs;
-use std::process::{Child, Command};
-use std::time::{Duration, Instant};
 
-use crate::common::desk::{Desk, Said, assert_says};
+use crate::common::desk::{Desk, assert_says};
+use crate::common::running::Running;
+use crate::common::scenes::{BALL, CAMERA, LAMP, ROOM};
 
-/// A room with a ball, a lamp and a small camera; pixels near the target rest.
-const ROOM: &str = r#"format = 1
-[materials.grey.lambert]
-reflectance = 0.6
-[objects.room.box]
-min = [0, 0, 0]
-max = [4, 5, 3]
-inward = true
-material = "grey"
-[objects.ball.sphere]
-centre = [2, 3, 1]
-radius = 0.7
-material = "grey"
-[lights.lamp.point]
-at = [1, 1, 2.5]
-intensity = 100
-[cameras.main.perspective]
-from = [2, 0.3, 1.5]
-to = [2, 3, 1]
-fov = 60
-resolution = [12, 8]
+/// How it is rendered: pixels near the target rest.
+const RENDER: &str = r#"resolution = [12, 8]
 [render]
 estimator = "path"
 checkpoint = 0.02
@@ -39,22 +20,8 @@ const SHORT: &str = "render.stop={ walks = 64 }";
 
 /// A folder with `room.toml`, which is rendered.
 fn desk() -> Desk {
-    Desk::of(&["render", "room.toml"]).with("room.toml", ROOM)
-}
-
-/// Waits until the run is over or `ready` says so; tells whether it is still on.
-fn wait(child: &mut Child, ready: impl Fn() -> bool) -> bool {
-    let start = Instant::now();
-    while start.elapsed() < Duration::from_secs(60) {
-        if child.try_wait().expect("a state").is_some() {
-            return false;
-        }
-        if ready() {
-            return true;
-        }
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    true
+    let scene = [ROOM, BALL, LAMP, CAMERA, RENDER].concat();
+    Desk::of(&["render", "room.toml"]).with("room.toml", scene)
 }
 
 #[test]
@@ -83,17 +50,16 @@ fn killed_runs_go_on_to_the_same_picture() {
     let mut kills = 0;
     let mut words = vec!["-o", "a.exr"];
     for _ in 0..3 {
-        let mut child = desk.start(&words);
+        let mut run = Running::start(&mut desk.command(&words));
         let before = fs::read(desk.path("a.checkpoint")).ok();
-        let moved = || {
+        let moved = |_: &Running| {
             let now = fs::read(desk.path("a.checkpoint")).ok();
             now.as_ref().is_some_and(|bytes| !bytes.is_empty()) && now != before
         };
-        if !wait(&mut child, moved) {
+        if !run.wait_for(moved) {
             break;
         }
-        child.kill().expect("killed");
-        child.wait().expect("it ends");
+        drop(run);
         kills += 1;
         words = vec!["-o", "a.exr", "--resume"];
     }
@@ -110,13 +76,13 @@ fn killed_runs_go_on_to_the_same_picture() {
 fn terminated_run_saves_and_goes_on() {
     let desk = desk();
     desk.run(["-o", "whole.exr"]);
-    let mut child = desk.start(["-o", "a.exr"]);
+    let mut run = Running::start(&mut desk.command(["-o", "a.exr"]));
     // Held from the beginning, empty until the first save.
-    let saved = || fs::metadata(desk.path("a.checkpoint")).is_ok_and(|file| file.len() > 0);
-    assert!(wait(&mut child, saved), "over too soon");
-    let id = child.id().to_string();
-    assert!(Command::new("kill").args(["-TERM", &id]).status().expect("it runs").success());
-    let said = Said::of(&child.wait_with_output().expect("it ends"));
+    let saved =
+        |_: &Running| fs::metadata(desk.path("a.checkpoint")).is_ok_and(|file| file.len() > 0);
+    assert!(run.wait_for(saved), "over too soon");
+    run.send("-TERM");
+    let said = run.end();
     assert_eq!(said.code, 130, "{}", said.err);
     assert_says(&said.err, &["--resume=a.checkpoint"]);
     assert_says(&said.out, &["written         a.unfinished.exr"]);
@@ -129,8 +95,8 @@ fn terminated_run_saves_and_goes_on() {
 fn two_runs_never_write_one_file_and_a_killed_one_leaves_it_free() {
     let desk = desk();
     let long = ["-o", "a.exr", "-D", "render.stop={ time = 60 }", "-D", "render.checkpoint=60"];
-    let mut first = desk.start(long);
-    assert!(wait(&mut first, || desk.path("a.checkpoint").exists()), "over too soon");
+    let mut first = Running::start(&mut desk.command(long));
+    assert!(first.wait_for(|_| desk.path("a.checkpoint").exists()), "over too soon");
     let words = ["a.exr: another run is under way", "wait until that run ends"];
     for more in [&[][..], &["--resume"], &["--force"]] {
         desk.refused([&["-o", "a.exr"][..], more].concat(), &words);
@@ -138,8 +104,7 @@ fn two_runs_never_write_one_file_and_a_killed_one_leaves_it_free() {
     let other = ["-o", "c.exr", "--checkpoint", "a.checkpoint", "-D", SHORT];
     desk.refused(other, &["a.checkpoint: another run is under way"]);
     desk.done(["-o", "b.exr", "-D", SHORT]);
-    first.kill().expect("killed");
-    first.wait().expect("it ends");
+    drop(first);
     // It was killed before it saved anything: the next run begins anew, asked to go on or not.
     let said = desk.done(["-o", "a.exr", "-D", SHORT, "--resume"]);
     assert_says(&said.err, &["nothing to go on with in a.checkpoint: beginning anew"]);
@@ -198,14 +163,15 @@ fn picture_without_a_place_is_kept_with_its_checkpoint() {
     let stop = "render.stop={ walks = 2048 }";
     desk.done(["-o", "whole.exr", "-D", stop]);
     fs::create_dir(desk.path("out")).expect("made");
-    let mut child = desk.start(["-o", "out/a.exr", "-o", "out/b.exr", "-D", stop]);
+    let words = ["-o", "out/a.exr", "-o", "out/b.exr", "-D", stop];
+    let mut run = Running::start(&mut desk.command(words));
     let held = ["out/a.unfinished.exr", "out/b.unfinished.exr", "out/a.checkpoint"];
-    let is_on = || held.iter().all(|name| desk.path(name).exists());
-    assert!(wait(&mut child, is_on), "over too soon");
+    let is_on = |_: &Running| held.iter().all(|name| desk.path(name).exists());
+    assert!(run.wait_for(is_on), "over too soon");
     while desk.path("out").exists() {
         let _ = fs::remove_dir_all(desk.path("out"));
     }
-    let said = Said::of(&child.wait_with_output().expect("it ends"));
+    let said = run.end();
     assert_eq!(said.code, 3, "{}", said.err);
     for name in ["a", "b"] {
         let kept = format!("{name}.kept-1.exr");
@@ -263,6 +229,24 @@ fn checkpoints_of_other_runs_are_refused_with_the_difference() {
     resumed(["-D", "render.estimator=double-local"], &["the estimator was `path`"]);
     fs::write(desk.path("k.checkpoint"), b"a picture of a cat").expect("written");
     desk.refused(["--resume=k.checkpoint"], &["k.checkpoint", "not written by this program"]);
+}
+
+#[test]
+fn state_of_a_run_is_replaced_only_by_its_own_or_by_force() {
+    let desk = desk();
+    for (name, seed) in [("a.checkpoint", "1"), ("b.checkpoint", "2")] {
+        desk.done(["-o", "p.exr", "-D", SHORT, "--checkpoint", name, "--seed", seed, "--force"]);
+    }
+    let other = desk.bytes("b.checkpoint");
+    let words = ["--resume=a.checkpoint", "--checkpoint=b.checkpoint", "--seed=1", "-o", "q.exr"];
+    desk.refused(words, &["b.checkpoint is of a run that was interrupted", "--force"]);
+    assert!(desk.bytes("b.checkpoint") == other);
+    // What a run without a result would replace stays.
+    let none = ["-o", "b.exr", "--force", "-D", "render.stop={ time = 1e-9 }"];
+    desk.ends(4, none);
+    assert!(desk.bytes("b.checkpoint") == other);
+    desk.done([&words[..], &["--force"]].concat());
+    assert!(desk.bytes("b.checkpoint") != other);
 }
 
 #[test]

@@ -1,75 +1,21 @@
 //! Signals, limits and runs that go on, as a user meets them: nothing that is done is lost, and all
 //! ends when it is asked to.
 
-use std::fs::{self, File};
-use std::process::{Child, Command, Stdio};
+use std::fs;
+use std::process::Command;
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::common::desk::{Desk, assert_says, interrupt, is_ignored};
+use crate::common::running::Running;
+use crate::common::scenes::{LAMP, ROOM};
 use crate::common::solids::cube;
 
-const ROOM: &str = r#"format = 1
-[materials.grey.lambert]
-reflectance = 0.5
-[objects.room.box]
-min = [0, 0, 0]
-max = [4, 5, 3]
-inward = true
-material = "grey"
-[lights.lamp.point]
-at = [2, 2, 2.5]
-intensity = 100
-[sensors.floor.points]
+/// A group of two sensors.
+const FLOOR: &str = "[sensors.floor.points]
 at = [[1, 1, 0], [3, 4, 0]]
 normal = [0, 0, 1]
-"#;
-
-/// A run under way, which a test that fails ends.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-impl Running {
-    /// Starts a command that writes what it says to `said.log`.
-    fn start(desk: &Desk, command: &mut Command) -> Self {
-        let log = File::create(desk.path("said.log")).expect("created");
-        Self(command.stdout(Stdio::null()).stderr(log).spawn().expect("it starts"))
-    }
-
-    /// Sends a signal.
-    fn send(&self, signal: &str) {
-        let kill = Command::new("kill").args([signal, &self.0.id().to_string()]).status();
-        assert!(kill.expect("kill is there").success(), "the run had ended");
-    }
-
-    /// Waits for what must come, however slow the machine.
-    fn wait_for(&mut self, mut seen: impl FnMut() -> bool) {
-        let started = Instant::now();
-        while !seen() {
-            assert!(started.elapsed() < Duration::from_secs(120), "it does not come");
-            assert!(self.0.try_wait().expect("a child").is_none(), "the run has ended");
-            sleep(Duration::from_millis(10));
-        }
-    }
-
-    /// Waits for the end, and gives the exit code.
-    fn end(&mut self) -> Option<i32> {
-        let started = Instant::now();
-        loop {
-            if let Some(status) = self.0.try_wait().expect("a child") {
-                return status.code();
-            }
-            assert!(started.elapsed() < Duration::from_secs(60), "still running");
-            sleep(Duration::from_millis(10));
-        }
-    }
-}
+";
 
 /// Starts the tool by a shell that does something first.
 fn by_shell(desk: &Desk, first: &str, words: &str) -> Command {
@@ -83,21 +29,21 @@ fn by_shell(desk: &Desk, first: &str, words: &str) -> Command {
 /// A folder with a small cube, and a pipe that nobody writes to: a fit of it never ends.
 fn desk_with_pipe() -> Desk {
     let desk = Desk::of(&["fit"]).with("a.obj", cube(1.0));
-    let made = Command::new("mkfifo").arg(desk.path("b.obj")).status();
-    assert!(made.expect("mkfifo is there").success());
+    desk.put_pipe("b.obj");
     desk
 }
 
 #[test]
 fn signals_that_were_ignored_stay_ignored() {
-    let desk = Desk::new().with("room.toml", ROOM);
+    let desk = Desk::new().with("room.toml", [ROOM, LAMP, FLOOR].concat());
     let words = "illum room.toml -o a.csv -D illum.stop={time=3}";
-    let mut run = Running::start(&desk, &mut by_shell(&desk, "trap '' HUP INT", words));
+    let mut run = Running::start(&mut by_shell(&desk, "trap '' HUP INT", words));
     for signal in ["-HUP", "-INT", "-HUP", "-INT"] {
         sleep(Duration::from_millis(400));
         run.send(signal);
     }
-    assert_eq!(run.end(), Some(0), "{}", desk.text("said.log"));
+    let said = run.end();
+    assert_eq!(said.code, 0, "{}", said.err);
     assert_eq!(desk.text("a.csv").lines().count(), 3, "a header and two sensors");
 }
 
@@ -119,15 +65,16 @@ fn long_fit_says_what_it_is_at_and_ends_at_any_signal() {
     let runs: Vec<_> = heard
         .map(|(signal, _)| {
             let desk = desk_with_pipe();
-            let run = Running::start(&desk, &mut desk.command("b.obj -l 2 -o b.txt"));
+            let run = Running::start(&mut desk.command("b.obj -l 2 -o b.txt"));
             (signal, desk, run)
         })
         .collect();
     for (signal, desk, mut run) in runs {
-        run.wait_for(|| desk.text("said.log").contains(" s  fitting b.obj"));
+        assert!(run.wait_for(|run| run.err().contains(" s  fitting b.obj")), "{}", run.err());
         run.send(signal);
-        assert_eq!(run.end(), Some(130), "{signal}");
-        assert!(desk.text("said.log").ends_with("interrupted\n"), "{}", desk.text("said.log"));
+        let said = run.end();
+        assert_eq!(said.code, 130, "{signal}");
+        assert!(said.err.ends_with("interrupted\n"), "{}", said.err);
         for name in ["b.txt", "b.unfinished.txt"] {
             assert!(!desk.path(name).exists(), "{name}");
         }
@@ -138,11 +85,12 @@ fn long_fit_says_what_it_is_at_and_ends_at_any_signal() {
 fn fits_that_are_done_stay_and_the_next_run_goes_on() {
     let desk = desk_with_pipe();
     let words = "a.obj b.obj -l 2 -o out -j 1";
-    let mut run = Running::start(&desk, &mut desk.command(words));
+    let mut run = Running::start(&mut desk.command(words));
     let rows = || fs::read_to_string(desk.path("out/fits.csv")).map_or(0, |t| t.lines().count());
-    run.wait_for(|| rows() == 2 && desk.path("out/a.txt").exists());
+    assert!(run.wait_for(|_| rows() == 2 && desk.path("out/a.txt").exists()), "{}", run.err());
     run.send(interrupt());
-    assert_eq!(run.end(), Some(130), "{}", desk.text("said.log"));
+    let said = run.end();
+    assert_eq!(said.code, 130, "{}", said.err);
     let before = desk.text("out/fits.csv");
     assert!(before.lines().count() == 2 && before.contains("\na.obj,2,"), "{before}");
     fs::remove_file(desk.path("b.obj")).expect("a pipe");
@@ -188,6 +136,25 @@ fn fits_that_were_killed_in_a_row_or_lost_a_file_are_made_again() {
 }
 
 #[test]
+fn table_that_cannot_be_read_stays_as_it_is() {
+    let desk = Desk::of(&["fit", "a.obj", "-l", "2", "-o", "out"]).with("a.obj", cube(1.0));
+    desk.done("");
+    let whole = desk.text("out/fits.csv");
+    for more in ["mine,2\n", "a.obj\n,,\n"] {
+        desk.put("out/fits.csv", format!("{whole}{more}"));
+        let words = ["out/fits.csv:3: this is no row of 19 columns", "--force"];
+        desk.refused("", &words);
+        assert_eq!(desk.text("out/fits.csv"), format!("{whole}{more}"));
+    }
+    // A row without its end is no row yet; when the run fails it stays all the same.
+    let header = whole.lines().next().expect("a header");
+    let cut = format!("{header}\nmine,2");
+    desk.put("out/fits.csv", &cut);
+    desk.refused("", &["out/a.txt: this file is there already"]);
+    assert_eq!(desk.text("out/fits.csv"), cut);
+}
+
+#[test]
 fn sweep_goes_on_from_its_table() {
     let desk = Desk::of(&["sweep", "a.obj", "-o", "out"]).with("a.obj", cube(1.0));
     desk.done("-l 1,2");
@@ -203,6 +170,10 @@ fn sweep_goes_on_from_its_table() {
     assert_eq!((now.len(), now[1]), (4, rows[1]), "the first was timed again: {again}");
     assert!(now[2].starts_with("series,2,") && now[3].starts_with("mesh,"), "{again}");
     assert!(desk.path("out/a-2.txt").exists() && desk.path("out/sweep.png").exists());
+    // More degrees, and the figure anew.
+    let figure = desk.bytes("out/sweep.svg");
+    desk.done("-l 1,2,3");
+    assert!(desk.bytes("out/sweep.svg") != figure);
     desk.put("a.obj", cube(2.0));
     desk.refused("-l 1", &["out/sweep.csv: the row of series 1 is of another run"]);
 }

@@ -1,32 +1,18 @@
 //! Too little memory, too many threads, texts without end: each run ends, and says why.
 
 use crate::common::desk::{Desk, Said, assert_says};
+use crate::common::scenes::{CAMERA, LAMP, ROOM};
 
-/// A room with one lamp, seen by a camera of 16 x 16 pixels.
-const ROOM: &str = r#"
-format = 1
-[materials.white.lambert]
-reflectance = 0.7
-[objects.room.box]
-min = [0, 0, 0]
-max = [4, 5, 3]
-inward = true
-material = "white"
-[lights.lamp.point]
-at = [2, 2.5, 2.8]
-intensity = 200
-[cameras.main.perspective]
-from = [0.5, 0.5, 1.6]
-to = [3, 4, 1]
-fov = 60
-resolution = [16, 16]
-[render]
-stop = { walks = 1 }
-"#;
+/// A folder for pictures of 16 x 16 pixels of the room.
+fn desk() -> Desk {
+    let render = "resolution = [16, 16]\n[render]\nstop = { walks = 1 }\n";
+    let scene = [ROOM, LAMP, CAMERA, render].concat();
+    Desk::of(&["render", "room.toml"]).with("room.toml", scene)
+}
 
 #[test]
 fn what_does_not_fit_is_refused_with_what_would() {
-    let desk = Desk::of(&["render", "room.toml"]).with("room.toml", ROOM);
+    let desk = desk();
     let before = desk.content();
     let said = desk.ends(1, ["--size", "4096x4096", "--max-memory", "200M", "-o", "a.png"]);
     assert_says(
@@ -43,7 +29,7 @@ fn what_does_not_fit_is_refused_with_what_would() {
 #[cfg(target_os = "linux")]
 #[test]
 fn what_nobody_asked_for_ends_with_the_code_of_a_failure() {
-    let desk = Desk::new().with("room.toml", ROOM);
+    let desk = desk();
     let mut seen = Vec::new();
     // From what a program of this size just starts with.
     for megabytes in (100..420).step_by(40) {

@@ -133,14 +133,16 @@ fn convex_bodies() -> Vec<(&'static str, &'static str)> {
         ("sh", "file = \"ball.sh\"\ndegree = 0\nintersector = \"certified\"\n"),
         (
             "sh",
-            "file = \"ball.sh\"\ndegree = 0\nat = [0.1, 0.2, -0.4]\nscale = 0.01\nrotate = { axis = [1, 2, 3], degrees = 77 }\n",
+            "file = \"ball.sh\"\ndegree = 0\nat = [0.1, 0.2, -0.4]\nscale = 0.01\n\
+             rotate = { axis = [1, 2, 3], degrees = 77 }\n",
         ),
         ("sh", "file = \"ball.sh\"\ndegree = 0\nat = [-300, 200, -50]\nscale = 3\n"),
         ("mesh", "file = \"cube.off\"\n"),
         ("mesh", "file = \"cube.off\"\nsmooth = true\n"),
         (
             "mesh",
-            "file = \"cube.off\"\nat = [-300, 200, -50]\nscale = 0.02\nrotate = { axis = [1, 2, 3], degrees = 77 }\n",
+            "file = \"cube.off\"\nat = [-300, 200, -50]\nscale = 0.02\n\
+             rotate = { axis = [1, 2, 3], degrees = 77 }\n",
         ),
         ("sphere", "centre = [-300, 200, -50]\nradius = 0.5\n"),
         ("box", "min = [-1, -2, -1]\nmax = [1, -1, 2]\n"),
@@ -163,7 +165,8 @@ fn on_convex_bodies_no_sensor_before_the_lamp_is_dark_and_none_behind_is_lit() {
                 continue;
             }
             let text = format!(
-                "[objects.body.{kind}]\nmaterial = \"black\"\n{lines}[sensors.s.surface]\non = \"body\"\n{layout}\n"
+                "[objects.body.{kind}]\nmaterial = \"black\"\n{lines}[sensors.s.surface]\n\
+                 on = \"body\"\n{layout}\n"
             );
             let loaded = scene(&folder, &text);
             let group = &loaded.sensors[0];
@@ -193,9 +196,11 @@ fn everything_in_a_furnace_receives_pi_l() {
         ("mesh", "file = \"l.off\"\nat = [-1.5, -1.5, 0]\n", "vertices = true"),
     ] {
         let text = format!(
-            "{furnace}[objects.room.box]\nmin = [-2, -2, -2]\nmax = [2, 2, 2]\ninward = true\nmaterial = \"glow\"\n\
-             [objects.body.{kind}]\nmaterial = \"glow\"\n{lines}[sensors.s.surface]\non = \"body\"\n{layout}\n\
-             [sensors.wall.surface]\non = \"room.x_max\"\npoints = 10\n[sensors.walls.surface]\non = \"room\"\npoints = 20\n"
+            "{furnace}[objects.room.box]\nmin = [-2, -2, -2]\nmax = [2, 2, 2]\ninward = true\n\
+             material = \"glow\"\n[objects.body.{kind}]\nmaterial = \"glow\"\n\
+             {lines}[sensors.s.surface]\non = \"body\"\n{layout}\n[sensors.wall.surface]\n\
+             on = \"room.x_max\"\npoints = 10\n[sensors.walls.surface]\non = \"room\"\n\
+             points = 20\n"
         );
         let file = SceneFile::parse(&folder.path().join("f.toml"), &text, &[]).expect("valid");
         let loaded = load(&file).expect("loads");
@@ -217,7 +222,8 @@ fn head_as_mesh_and_as_series_receives_the_same() {
     let mut flux = Vec::new();
     for kind in ["mesh]", "sh]\ndegree = 24"] {
         let text = format!(
-            "[objects.head.{kind}\nfile = {head:?}\nmaterial = \"black\"\nscale = 7\n[sensors.s.surface]\non = \"head\"\npoints = 4000\n"
+            "[objects.head.{kind}\nfile = {head:?}\nmaterial = \"black\"\nscale = 7\n\
+             [sensors.s.surface]\non = \"head\"\npoints = 4000\n"
         );
         let loaded = scene(&folder, &text);
         let survey = survey(&loaded, 1);
@@ -241,8 +247,9 @@ fn mean_over_a_series_is_the_mean_over_its_area() {
     pear.set(2, 0, 0.2, 0.0);
     pear.set(2, 2, 0.1, -0.05);
     fs::write(folder.path().join("pear.sh"), series(pear)).expect("written");
-    let text = "[objects.pear.sh]\nfile = \"pear.sh\"\ndegree = 2\nmaterial = \"black\"\nscale = 2\nrotate = { axis = [1, 0, 0], degrees = 50 }\n\
-                [sensors.s.surface]\non = \"pear\"\npoints = 5000\n";
+    let text = "[objects.pear.sh]\nfile = \"pear.sh\"\ndegree = 2\nmaterial = \"black\"\n\
+                scale = 2\nrotate = { axis = [1, 0, 0], degrees = 50 }\n[sensors.s.surface]\n\
+                on = \"pear\"\npoints = 5000\n";
     let loaded = scene(&folder, text);
     let area = loaded.scene.objects()[0].area.clone().expect("bounded");
     let sensors = &loaded.sensors[0].sensors;
@@ -268,7 +275,8 @@ fn head_is_covered_evenly() {
     let head = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/head.obj");
     let folder = folder();
     let text = format!(
-        "[objects.head.sh]\ndegree = 32\nfile = {head:?}\nmaterial = \"black\"\nscale = 7\n[sensors.s.surface]\non = \"head\"\npoints = 4000\n"
+        "[objects.head.sh]\ndegree = 32\nfile = {head:?}\nmaterial = \"black\"\nscale = 7\n\
+         [sensors.s.surface]\non = \"head\"\npoints = 4000\n"
     );
     let loaded = scene(&folder, &text);
     let area = loaded.scene.objects()[0].area.clone().expect("bounded");
@@ -311,9 +319,9 @@ fn own_object_never_hides_a_sensor_and_others_do() {
         let loaded = scene(&folder, &format!("{l}[sensors.s.surface]\non = \"l\"\n{layout}\n"));
         assert!(loaded.sensors[0].behind.iter().all(Option::is_none), "{layout}");
     }
-    let room = "[objects.room.box]\nmin = [-5, -5, -5]\nmax = [5, 5, 5]\ninward = true\nmaterial = \"black\"\n\
-                [objects.ball.sphere]\ncentre = [5, 0, 0]\nradius = 1\nmaterial = \"black\"\n\
-                [sensors.s.surface]\non = \"ball\"\npoints = 1000\n";
+    let room = "[objects.room.box]\nmin = [-5, -5, -5]\nmax = [5, 5, 5]\ninward = true\n\
+                material = \"black\"\n[objects.ball.sphere]\ncentre = [5, 0, 0]\nradius = 1\n\
+                material = \"black\"\n[sensors.s.surface]\non = \"ball\"\npoints = 1000\n";
     let loaded = scene(&folder, room);
     let group = &loaded.sensors[0];
     let hidden = group.behind.iter().filter(|b| b.as_deref() == Some("room")).count();
@@ -333,8 +341,8 @@ fn illum(folder: &TempDir, text: &str, words: &[&str]) -> (i32, String) {
 #[test]
 fn map_of_a_mesh_is_that_mesh_with_its_illuminance() {
     let folder = folder();
-    let cube = "[objects.cube.mesh]\nfile = \"cube.off\"\nmaterial = \"black\"\nat = [0, 0, 5]\nscale = 0.5\n\
-                [sensors.all.surface]\non = \"cube\"\nvertices = true\n";
+    let cube = "[objects.cube.mesh]\nfile = \"cube.off\"\nmaterial = \"black\"\nat = [0, 0, 5]\n\
+                scale = 0.5\n[sensors.all.surface]\non = \"cube\"\nvertices = true\n";
     let (code, said) = illum(&folder, cube, &["-o", "map.ply", "-o", "map.csv"]);
     assert_eq!(code, 0, "{said}");
     assert!(
@@ -371,7 +379,9 @@ fn map_of_a_mesh_is_that_mesh_with_its_illuminance() {
 }
 
 fn cube_of_points() -> String {
-    "[objects.cube.mesh]\nfile = \"cube.off\"\nmaterial = \"black\"\n[sensors.all.surface]\non = \"cube\"\npoints = 50\n".to_owned()
+    "[objects.cube.mesh]\nfile = \"cube.off\"\nmaterial = \"black\"\n[sensors.all.surface]\n\
+     on = \"cube\"\npoints = 50\n"
+        .to_owned()
 }
 
 #[test]
@@ -381,7 +391,8 @@ fn map_takes_one_group_and_says_which() {
     let (code, said) = illum(&folder, &format!("{BALL}{spot}"), &["-o", "a.ply"]);
     assert!(code == 3 && said.contains("no sensors of kind surface"), "{said}");
     let two = format!(
-        "{BALL}{spot}[sensors.a.surface]\non = \"ball\"\npoints = 5\n[sensors.b.surface]\non = \"ball\"\npoints = 7\n"
+        "{BALL}{spot}[sensors.a.surface]\non = \"ball\"\npoints = 5\n[sensors.b.surface]\n\
+         on = \"ball\"\npoints = 7\n"
     );
     let (code, said) = illum(&folder, &two, &["-o", "map.ply"]);
     assert!(

@@ -16,8 +16,8 @@ pub(super) fn read(path: &Path) -> Outcome<Vec<Ray>> {
     let bytes = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
     if bytes.is_empty() || !bytes.len().is_multiple_of(RAY) {
         return Err(format!(
-            "{}: {} bytes, not some rays of {RAY} bytes each; a ray is six little-endian f32, origin and unit direction \
-             (--make writes such files)",
+            "{}: {} bytes, not some rays of {RAY} bytes each; a ray is six little-endian f32, \
+             origin and unit direction (--make writes such files)",
             path.display(),
             bytes.len()
         )

@@ -11,8 +11,16 @@ pub(crate) fn told(error: &Error) -> String {
 const ANEW: &str = "begin anew with `--force` and without `--resume`";
 const CONVENTION: &str = "`--normalisation 4pi|ortho|schmidt|unnorm` and `--csphase 1|-1`";
 
-fn in_flags(advice: &Advice) -> String {
+/// Returns an advice in flags.
+pub(crate) fn in_flags(advice: &Advice) -> String {
     match advice {
+        Advice::Repair(None) => {
+            "`--repair` mends that (`harmolux check --repair -o FILE` writes it)".to_owned()
+        }
+        Advice::Repair(Some(edges)) => format!(
+            "`--repair` joins vertices in one place, `--repair --fill-holes {edges}` fills holes \
+             too (`harmolux check --repair -o FILE` writes it)"
+        ),
         Advice::Overwrite => "choose another name, or replace it with `--force`".to_owned(),
         Advice::BeginAnew(first) => format!("{}{ANEW}", first.unwrap_or("")),
         Advice::KeepLargestPiece => "keep one piece alone \

@@ -2,17 +2,19 @@
 //! way, goes on where it was when it is started again.
 
 use std::collections::HashSet;
-use std::fmt::Debug;
-use std::fs::OpenOptions;
-use std::io::Write;
+use std::fmt::{Debug, Write as _};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use harmolux::error::Advice;
-use harmolux::fit::{Source, SourceHash};
-use harmolux::io::output::Claim;
+use harmolux::fit::SourceHash;
+use harmolux::io::input::FilesRead;
+use harmolux::io::output::{Claim, SOFTWARE};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::{Error, Result};
+
+use crate::common::interrupt;
 
 /// The last column: what a row follows from.
 pub(crate) const KEY: &str = "key";
@@ -25,8 +27,8 @@ pub(crate) struct GrowingTable {
     claim: Claim,
     table: Table,
     force: bool,
-    /// Whether the file has rows.
-    has_rows: AtomicBool,
+    /// Whether the file is to stay: it has rows, or had more than a header.
+    stays: AtomicBool,
 }
 
 impl GrowingTable {
@@ -34,12 +36,12 @@ impl GrowingTable {
     pub(crate) fn open(path: &Path, columns: Table, force: bool) -> Result<Self> {
         let claim = Claim::open(path, &columns.csv_kind()?, force)?;
         let mut table = columns;
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+        let header = table.to_csv()?.len();
+        let bytes = content(&claim)?;
         if !force {
-            table.add_csv(&bytes, &TEXTS);
+            table.add_csv(path, &bytes, &TEXTS).map_err(|e| e.advise(Advice::Overwrite))?;
         }
-        let has_rows = !table.rows().is_empty() || (force && !bytes.is_empty());
-        Ok(Self { claim, table, force, has_rows: AtomicBool::new(has_rows) })
+        Ok(Self { claim, table, force, stays: AtomicBool::new(bytes.len() > header) })
     }
 
     /// Finds the row that is to have these first cells and this key, if it is there.
@@ -83,22 +85,42 @@ impl GrowingTable {
     /// Writes what is there before the first row is added.
     pub(crate) fn begin(&mut self) -> Result<()> {
         let csv = self.table.to_csv()?;
-        let path = self.claim.path();
-        let same = !self.force && std::fs::read(path).is_ok_and(|bytes| bytes == csv);
+        let _whole = interrupt::writing();
+        let same = !self.force && content(&self.claim)? == csv;
         if same { Ok(()) } else { self.claim.write_with(&mut |file| file.write_all(&csv)) }
     }
 
+    /// Adds a row to the file and writes what it tells of, and is not interrupted between the two.
+    ///
+    /// A killed run may have done only the first. It is the row, which without the file does not
+    /// count as done; with `force` the file, for an old one may stand there.
+    pub(crate) fn append_with<T>(
+        &self,
+        row: &[Cell],
+        write: impl FnOnce() -> Result<T>,
+    ) -> Result<Result<T>> {
+        let _whole = interrupt::writing();
+        if !self.force {
+            return self.append(row).map(|()| write());
+        }
+        let written = write();
+        if written.is_ok() {
+            self.append(row)?;
+        }
+        Ok(written)
+    }
+
     /// Adds a row to the file, and waits until the disk has it.
-    pub(crate) fn append(&self, row: &[Cell]) -> Result<()> {
-        let path = self.claim.path();
+    fn append(&self, row: &[Cell]) -> Result<()> {
         let line = Table::csv_line(row)?;
-        let append = || {
-            let mut file = OpenOptions::new().append(true).open(path)?;
+        self.stays.store(true, Ordering::Relaxed);
+        let mut file = self.claim.file()?;
+        let mut append = || {
+            file.seek(SeekFrom::End(0))?;
             file.write_all(&line)?;
             file.sync_data()
         };
-        self.has_rows.store(true, Ordering::Relaxed);
-        append().map_err(|e| Error::io(path, "write", e))
+        append().map_err(|e: io::Error| Error::io(self.claim.path(), "write", e))
     }
 
     /// Writes the rows of this run in their order, and behind them what else stood there; gives
@@ -115,7 +137,7 @@ impl GrowingTable {
             all.push(row.iter().cloned());
         }
         let csv = all.to_csv()?;
-        *self.has_rows.get_mut() = true;
+        *self.stays.get_mut() = true;
         self.claim.write_with(&mut |file| file.write_all(&csv))?;
         Ok(own)
     }
@@ -124,14 +146,27 @@ impl GrowingTable {
 impl Drop for GrowingTable {
     /// Leaves no table without a row.
     fn drop(&mut self) {
-        if !*self.has_rows.get_mut() {
+        if !*self.stays.get_mut() {
             // What is empty goes with the claim; what stays does no harm.
-            let _ = OpenOptions::new().write(true).truncate(true).open(self.claim.path());
+            let _ = self.claim.file().map(|file| file.set_len(0));
         }
     }
 }
 
-/// Returns what a result follows from as one word: the content of the file and the settings.
-pub(crate) fn key(source: &Source, settings: &dyn Debug) -> String {
-    SourceHash::of(format!("{} {settings:?}", source.hash).as_bytes()).to_string()
+/// Reads what stands there.
+fn content(claim: &Claim) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let read = claim.file()?.read_to_end(&mut bytes);
+    read.map(|_| bytes).map_err(|e| Error::io(claim.path(), "read", e))
+}
+
+/// Returns what a result follows from as one word: the program's version, what was read of the file
+/// and of those it names, and the settings.
+pub(crate) fn key(read: &FilesRead, settings: &dyn Debug) -> String {
+    let FilesRead { file, beside, .. } = read;
+    let mut text = format!("{SOFTWARE} {settings:?} {file}");
+    for file in beside {
+        let _ = write!(text, " {file}");
+    }
+    SourceHash::of(text.as_bytes()).to_string()
 }

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use harmolux::Result;
-use harmolux::fit::Source;
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, spharm_pdm};
 use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::meshes::{self, MeshFormat};
@@ -11,13 +10,14 @@ use harmolux::io::points::{self, PointOptions};
 use harmolux::mesh::{Mesh, Points, RepairReport};
 
 use crate::common::flags::MeshHabits;
+use crate::common::say;
 
 /// A mesh from a file.
 pub(crate) struct MeshRead {
     pub(crate) mesh: Mesh,
     /// What was repaired, where that was asked for.
     pub(crate) repair: Option<RepairReport>,
-    pub(crate) source: Source,
+    pub(crate) files: FilesRead,
 }
 
 /// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
@@ -26,27 +26,37 @@ pub(crate) fn read_mesh(input: Input, habits: &MeshHabits) -> Result<MeshRead> {
     let (mesh, read) = read_surface(input)?;
     let mesh = mesh.with_up(habits.up).scaled(habits.unit.metres())?;
     let (mesh, repair) = habits.repairs.apply(path, mesh)?;
-    Ok(MeshRead { mesh, repair, source: read.file.source() })
+    Ok(MeshRead { mesh, repair, files: read })
 }
 
-/// Reads a mesh, or the parametric surface of SPHARM-PDM as one.
+/// Reads a mesh as it stands in its file, or the parametric surface of SPHARM-PDM as one, and says
+/// what was passed over.
 pub(crate) fn read_surface(mut input: Input) -> Result<(Mesh, FilesRead)> {
-    let length = input.length();
-    match coefficients::recognise_content(input.ahead()?, length) {
+    let (path, length) = (input.path(), input.length());
+    let (mesh, read) = match coefficients::recognise_content(input.ahead()?, length) {
         Some(SeriesFormat::SpharmPdm) => spharm_pdm::read_surface(input),
         _ => meshes::read_input(input),
+    }?;
+    for remark in &read.remarks {
+        say::note(&format!("{}: {remark}", path.display()));
     }
+    Ok((mesh, read))
 }
 
-/// Names a file by its name and content.
-pub(crate) fn source(path: &Path) -> Result<Source> {
-    Ok(Input::open_file(path)?.finish()?.file.source())
+/// Says what a mesh or point file consists of, with the files that it names.
+pub(crate) fn files(path: &Path) -> Result<FilesRead> {
+    let input = Input::open_file(path)?;
+    match MeshFormat::of_extension(path) {
+        // Only its reader knows what it names.
+        Some(MeshFormat::Gltf) => Ok(meshes::read_input(input)?.1),
+        _ => input.finish(),
+    }
 }
 
 /// Whether a file holds points: its content has their mark, its name says it, or its beginning
 /// where that is neither of a mesh nor of coefficients.
 pub(crate) fn holds_points(input: &mut Input) -> Result<bool> {
-    let (path, length) = (input.path(), input.length());
+    let (path, length) = (input.name(), input.length());
     let head = input.ahead()?;
     if points::is_marked(head) || points::is_points(path) {
         return Ok(true);
@@ -64,10 +74,10 @@ pub(crate) fn read_points(
     input: Input,
     options: PointOptions,
     habits: &MeshHabits,
-) -> Result<(Points, Source)> {
+) -> Result<(Points, FilesRead)> {
     let (mut cloud, read) = points::read_input(input, options)?;
     cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * habits.up.to_z(*p));
-    Ok((cloud, read.file.source()))
+    Ok((cloud, read))
 }
 
 /// Returns the format of a coefficient file by its beginning; a mesh is none, whatever its
@@ -76,7 +86,7 @@ pub(crate) fn series_format(
     input: &mut Input,
     options: &ReadOptions,
 ) -> Result<Option<SeriesFormat>> {
-    let (path, length) = (input.path(), input.length());
+    let (path, length) = (input.name(), input.length());
     let head = input.ahead()?;
     let told = options.format.or_else(|| coefficients::recognise_content(head, length));
     let is_mesh = || meshes::recognise(head, length).is_some();

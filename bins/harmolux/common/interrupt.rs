@@ -1,7 +1,8 @@
 //! Signals. The first that asks the run to end does so within a fraction of a second: a run that
 //! holds results only in memory saves them first, any other has nothing to lose and ends where it
-//! is. The second ends it at once. What was ignored when the run began stays ignored, as under
-//! `nohup` and in a script's background job.
+//! is. The second ends it at once (but a hangup, which a closed terminal may send twice). What was
+//! ignored when the run began stays ignored, as under `nohup` and in a script's background job;
+//! only Linux tells what was.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -95,7 +96,8 @@ pub(crate) fn saves() {
     SAVES.store(true, Ordering::SeqCst);
 }
 
-/// Keeps a run that ends where it is from doing so until the guard is dropped.
+/// Keeps a run that ends where it is from doing so until the guard is dropped: for files that
+/// belong together.
 pub(crate) fn writing() -> MutexGuard<'static, ()> {
     WRITING.lock().unwrap_or_else(PoisonError::into_inner)
 }

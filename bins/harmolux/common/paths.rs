@@ -56,7 +56,10 @@ mod tests {
             (vec![plain], json!({ "written": ["a.txt"] })),
             (
                 vec![plain, odd],
-                json!({ "written": ["a.txt", "\u{fffd}.txt"], "written_bytes": [null, "/y50eHQ="] }),
+                json!({
+                    "written": ["a.txt", "\u{fffd}.txt"],
+                    "written_bytes": [null, "/y50eHQ="],
+                }),
             ),
         ] {
             let mut value = json!({});

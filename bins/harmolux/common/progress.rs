@@ -7,6 +7,7 @@ use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use harmolux::error::presented;
 use harmolux::estimators::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -43,20 +44,17 @@ impl Meter {
         let bar = std::io::stderr().is_terminal().then(|| ProgressBar::new(1000));
         let lines = if bar.is_none() { speak(now.clone()) } else { None };
         if let Some(bar) = &bar {
+            announce(bar, stage);
             bar.enable_steady_tick(TURNS_EVERY);
             keep(Some(bar.clone()));
         }
-        let meter = Self { bar, now, _lines: lines };
-        meter.stage(stage);
-        meter
+        Self { bar, now, _lines: lines }
     }
 
     /// Shows that other work begins, which says nothing of its length.
     pub(crate) fn stage(&self, stage: &str) {
         if let Some(bar) = &self.bar {
-            bar.set_style(style("{spinner} {msg}, {elapsed}"));
-            bar.reset_elapsed();
-            bar.set_message(stage.to_owned());
+            announce(bar, stage);
         }
         self.set(Now::Stage(stage.to_owned(), Instant::now()));
     }
@@ -79,7 +77,7 @@ impl Meter {
         if let Some(bar) = &self.bar {
             bar.set_style(style("[{bar:32}] {percent:>3} %  {msg}"));
             bar.set_position((1000.0 * share) as u64);
-            bar.set_message(text.clone());
+            bar.set_message(presented(&text));
         }
         self.set(Now::Share(share, text));
     }
@@ -88,11 +86,6 @@ impl Meter {
         if let Ok(mut place) = self.now.lock() {
             *place = now;
         }
-    }
-
-    /// Takes the bar away.
-    pub(crate) fn finish(self) {
-        drop(self);
     }
 }
 
@@ -122,6 +115,13 @@ fn speak(now: Arc<Mutex<Now>>) -> Option<Sender<()>> {
     };
     let speaker = std::thread::Builder::new().name("progress".to_owned());
     speaker.spawn(lines).ok().map(|_| sender)
+}
+
+/// Shows on a bar that work begins.
+fn announce(bar: &ProgressBar, stage: &str) {
+    bar.set_style(style("{spinner} {msg}, {elapsed}"));
+    bar.reset_elapsed();
+    bar.set_message(presented(stage));
 }
 
 fn style(template: &str) -> ProgressStyle {
@@ -181,6 +181,17 @@ pub(crate) fn duration(time: Duration) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_do_not_steer_the_terminal() {
+        let bar = ProgressBar::hidden();
+        let now = Arc::new(Mutex::new(Now::Share(0.0, String::new())));
+        let meter = Meter { bar: Some(bar.clone()), now, _lines: None };
+        meter.stage("fitting a\x1b[2J\n.obj");
+        assert_eq!(bar.message(), r"fitting a\u{1b}[2J\n.obj");
+        meter.count(1, 2, "b\x1b[2J.obj");
+        assert_eq!(bar.message(), r"1 of 2, b\u{1b}[2J.obj");
+    }
 
     #[test]
     fn times_read_naturally() {

@@ -75,11 +75,13 @@ pub(crate) fn start_threads(asked: Option<u16>) -> Result<(), ThreadPoolBuildErr
     let possible = startable(useful);
     // Where not all could be started, the rest of the work needs some memory as well.
     let count = if possible < useful { possible / 2 } else { useful };
-    if count < wanted {
+    let anew = cfg!(unix) && named.is_some_and(|named| named > most);
+    // Else it would be said twice.
+    if count < wanted && !(anew && asked.is_some()) {
         say::warning(&format!("{} threads are used instead of {wanted}", count.max(1)));
     }
     #[cfg(unix)]
-    if named.is_some_and(|named| named > most) {
+    if anew {
         run_anew_with(THREADS, most);
     }
     let pool = ThreadPoolBuilder::new().num_threads(count.max(1));

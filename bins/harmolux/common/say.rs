@@ -10,6 +10,7 @@ use harmolux::error::{abridged, presented, shown_lines};
 use harmolux::sh::Convention;
 use serde_json::Value;
 
+use crate::common::exit::Code;
 use crate::common::{advice, progress};
 
 /// Prints an error.
@@ -38,8 +39,8 @@ pub(crate) fn json(value: &Value) {
     raw(&value.to_string());
 }
 
-/// Prints what is not changed, JSON or a drawing in colours, on stdout. A reader that has gone away
-/// ends the run quietly; any other failure is told.
+/// Prints what is not changed, JSON or a drawing in colours, on stdout. That a reader has gone away
+/// is no failure; any other is told, and ends the run.
 pub(crate) fn raw(text: &str) {
     let mut out = std::io::stdout().lock();
     let done = out
@@ -49,7 +50,7 @@ pub(crate) fn raw(text: &str) {
     match done {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
             note(&format!("error: stdout: cannot write: {e}"));
-            std::process::exit(1);
+            std::process::exit(Code::Failed as i32);
         }
         _ => {}
     }

@@ -8,7 +8,7 @@ use harmolux::error::shown;
 use harmolux::estimators::Stop;
 use harmolux::io::scene_file::{SceneFile, StopSpec, split_override};
 use harmolux::scene::Camera;
-use harmolux::study::{FittedObject, Loaded, Preparation, Stage, load_for_camera};
+use harmolux::study::{FittedObject, Loaded, LoadingStage, Preparation, load_for_camera};
 
 use crate::common::flags::SceneArguments;
 use crate::common::progress::Meter;
@@ -28,7 +28,7 @@ pub(crate) fn load_scene(
     camera: Option<&Camera>,
     meter: &Meter,
 ) -> Result<Loaded> {
-    let observer = |stage: Stage| meter.stage(&stage.to_string());
+    let observer = |stage: LoadingStage| meter.stage(&stage.to_string());
     load_for_camera(file, camera, &observer).map(tell)
 }
 

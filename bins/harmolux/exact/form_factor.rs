@@ -27,7 +27,8 @@ const FACTOR: Style = Style::Decimals(10);
     disable_help_subcommand = true,
     after_help = "Examples:
   harmolux exact form-factor opposed --width 4 --depth 4 --distance 3         floor to ceiling
-  harmolux exact form-factor perpendicular --common 4 --from 4 --to 3         floor to wall, and back
+  harmolux exact form-factor perpendicular --common 4 --from 4 --to 3         floor to wall, and \
+                                                                              back
   harmolux exact form-factor discs --from 0.5 --to 1 --distance 0.7
   harmolux exact form-factor polygon --vertex 1,0,2 --vertex 0,1,2 --vertex -1,0,2"
 )]

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use harmolux::error::shown;
-use harmolux::fit::Source;
+use harmolux::io::input::FilesRead;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::study::batch;
 use harmolux::{Error, Result};
 
 use crate::common::exit::Code;
 use crate::common::growing::{GrowingTable, KEY, key};
-use crate::common::inputs::source;
+use crate::common::inputs::files;
 use crate::common::progress::Meter;
 use crate::common::shape_file;
 use crate::common::{interrupt, say};
@@ -46,14 +46,11 @@ pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
 }
 
 fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
+    let all = verb.meshes.len();
+    let meter = Meter::start(&format!("0 of {all}"));
     let mut table = GrowingTable::open(&verb.output.join("fits.csv"), columns(), verb.force)?;
     let tasks = tasks(verb, &mut table)?;
-    let all = tasks.len();
-    let meter = Meter::start(&format!("0 of {all}"));
-    {
-        let _whole = interrupt::writing();
-        table.begin()?;
-    }
+    table.begin()?;
     let results = batch(
         tasks,
         |task| task.finish(verb, &table),
@@ -66,7 +63,7 @@ fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
             Err(_) => ControlFlow::Break(()),
         },
     );
-    meter.finish();
+    drop(meter);
     let rows: Vec<Row> = results.into_iter().flatten().collect::<Result<_>>()?;
     for (row, warning) in rows.iter().flat_map(|row| row.warnings.iter().map(move |w| (row, w))) {
         say::warning(&format!("{}: {warning}", row.name()));
@@ -110,7 +107,7 @@ fn tasks(verb: &Fit, table: &mut GrowingTable) -> Result<Vec<Task>> {
             )));
         }
         let first = [name_of(mesh)];
-        let key = || Ok(key_of(verb, &source(mesh)?));
+        let key = || Ok(key_of(verb, &files(mesh)?));
         let done = table.done(&first, key)?.filter(|_| path.is_file());
         all.push(if let Some(row) = done {
             Task::Done(row)
@@ -128,9 +125,9 @@ fn name_of(mesh: &Path) -> Cell {
 }
 
 /// Returns what a fit follows from.
-fn key_of(verb: &Fit, source: &Source) -> String {
+fn key_of(verb: &Fit, read: &FilesRead) -> String {
     let settings = settings(verb, ProjectionName::Conforming);
-    key(source, &(settings, verb.projection.is_some(), verb.weights, &verb.habits))
+    key(read, &(settings, verb.projection.is_some(), verb.weights, &verb.habits))
 }
 
 impl Task {
@@ -144,18 +141,16 @@ impl Task {
         let fit = || Ok((shape_file::open(&output, verb.force)?, fit_file(verb, &mesh)?));
         let fitted = fit();
         let seconds = started.elapsed().as_secs_f64();
-        let cells = |fitted: std::result::Result<&(Fitted, Source), &Error>| {
+        let cells = |fitted: std::result::Result<&(Fitted, FilesRead), &Error>| {
             cells(verb, &mesh, fitted, seconds)
         };
         let row = cells(fitted.as_ref().map(|(_, fitted)| fitted));
-        // A row whose file is missing does not count as done.
-        let _whole = interrupt::writing();
-        table.append(&row)?;
-        let done = fitted.and_then(|(output, (fitted, source))| {
-            write(verb, &fitted, source, output)?;
+        let written = table.append_with(&row, || {
+            let (output, (fitted, files)) = fitted?;
+            write(verb, &fitted, files.file.source(), output)?;
             Ok(warnings(verb, &fitted))
-        });
-        Ok(match done {
+        })?;
+        Ok(match written {
             Ok(warnings) => Row { cells: row, error: None, warnings },
             Err(error) => {
                 let cells = cells(Err(&error));
@@ -193,7 +188,7 @@ fn columns() -> Table {
 fn cells(
     verb: &Fit,
     mesh: &Path,
-    fitted: std::result::Result<&(Fitted, Source), &Error>,
+    fitted: std::result::Result<&(Fitted, FilesRead), &Error>,
     seconds: f64,
 ) -> Vec<Cell> {
     let mut cells = vec![name_of(mesh), Cell::Whole(verb.degree.into())];
@@ -228,7 +223,7 @@ fn cells(
     let said = fitted.ok().map(|(fitted, _)| warnings(verb, fitted).join("; "));
     cells.push(said.filter(|text| !text.is_empty()).into());
     cells.push(fitted.err().map(ToString::to_string).into());
-    cells.push(fitted.ok().map(|(_, source)| key_of(verb, source)).into());
+    cells.push(fitted.ok().map(|(_, read)| key_of(verb, read)).into());
     cells
 }
 

@@ -15,7 +15,7 @@ use harmolux::fit::{
     Fit as MeshFit, FitSettings, FoldPolicy, PointFit, Projection, Source, fit, fit_points,
 };
 use harmolux::io::coefficients::{self, SeriesFormat, Tolerance};
-use harmolux::io::input::Input;
+use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::points::PointOptions;
 use harmolux::sh::Filter;
 use harmolux::{Error, Result};
@@ -24,7 +24,6 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, choices};
 use crate::common::inputs::{MeshRead, holds_points, read_mesh, read_points};
-use crate::common::interrupt;
 use crate::common::progress::Meter;
 use crate::common::shape_file::{self, ShapeFile};
 use crate::common::values::{point, tolerance};
@@ -128,11 +127,9 @@ fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
     let started = Instant::now();
     let output = shape_file::open(&verb.output, verb.force)?;
     let meter = Meter::start(&format!("fitting {}", shown_path(mesh)));
-    let (fitted, source) = fit_file(verb, mesh)?;
-    let whole = interrupt::writing();
-    write(verb, &fitted, source, output)?;
-    drop(whole);
-    meter.finish();
+    let (fitted, files) = fit_file(verb, mesh)?;
+    write(verb, &fitted, files.file.source(), output)?;
+    drop(meter);
     report::print(verb, &fitted, started.elapsed(), as_json);
     Ok(Code::Done)
 }
@@ -142,14 +139,14 @@ fn is_folder(output: &Path) -> bool {
     output.is_dir() || output.extension().is_none()
 }
 
-/// Fits a mesh or point file, and names it.
-pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<(Fitted, Source)> {
+/// Fits a mesh or point file, and says what was read.
+pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<(Fitted, FilesRead)> {
     let mut input = Input::open(path)?;
     if holds_points(&mut input)? {
-        let (cloud, source) =
+        let (cloud, files) =
             read_points(input, PointOptions { weights: verb.weights }, &verb.habits)?;
         let fitted = fit_points(&cloud, &settings(verb, ProjectionName::LeastSquares));
-        return fitted.map(|f| (Fitted::Points(f), source)).map_err(|e| about(path, e));
+        return fitted.map(|f| (Fitted::Points(f), files)).map_err(|e| about(path, e));
     }
     let length = input.length();
     let series = coefficients::recognise_content(input.ahead()?, length);
@@ -164,9 +161,9 @@ pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<(Fitted, Source)> {
         let text = format!("{}: a mesh has no weights: leave out `--weights`", path.display());
         return Err(Error::Parameter(text));
     }
-    let MeshRead { mesh, source, .. } = read_mesh(input, &verb.habits)?;
+    let MeshRead { mesh, files, .. } = read_mesh(input, &verb.habits)?;
     let fitted = fit(&mesh, &settings(verb, ProjectionName::Conforming));
-    fitted.map(|f| (Fitted::Mesh(Box::new(f)), source)).map_err(|e| about(path, e))
+    fitted.map(|f| (Fitted::Mesh(Box::new(f)), files)).map_err(|e| about(path, e))
 }
 
 /// Returns the settings of a fit, by the usual projection unless another is asked for.

@@ -75,8 +75,8 @@ fn ringing(verb: &Fit, fit: &MeshFit) -> Option<String> {
     };
     fit.rings().then(|| {
         format!(
-            "the series rings about jumps of the radius: its area is {} above that of {target}, its \
-             normals are off by {} degrees in the mean; {advice}",
+            "the series rings about jumps of the radius: its area is {} above that of {target}, \
+             its normals are off by {} degrees in the mean; {advice}",
             say::percent(fit.excess_area()),
             say::significant(fit.error.normal_mean.to_degrees(), 3)
         )
@@ -118,7 +118,11 @@ fn mesh_json(fit: &MeshFit) -> Value {
     let lmax = fit.coefficients.lmax();
     let error = &fit.error;
     let folds = fit.folds.map(|f| {
-        json!({ "envelope": f.envelope.to_string(), "share": f.share, "quadrature_defect": f.defect })
+        json!({
+            "envelope": f.envelope.to_string(),
+            "share": f.share,
+            "quadrature_defect": f.defect,
+        })
     });
     json!({
         "degree": lmax,

@@ -42,11 +42,15 @@ use crate::common::target::write_all;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux illum room.toml                               a table
-  harmolux illum room.toml -o lux.csv                    the same as CSV; `harmolux falsecolor lux.csv` draws its grids
-  harmolux illum room.toml -o lux.npy                    the same for numpy.load, shape (sensors, 10)
-  harmolux illum data/scenes/sobolev.toml -o fig2.svg    the lines of sensors, with error bars, as a plot
+  harmolux illum room.toml -o lux.csv                    the same as CSV; `harmolux falsecolor \
+                                                         lux.csv` draws its grids
+  harmolux illum room.toml -o lux.npy                    the same for numpy.load, shape (sensors, \
+                                                         10)
+  harmolux illum data/scenes/sobolev.toml -o fig2.svg    the lines of sensors, with error bars, as \
+                                                         a plot
   harmolux illum room.toml --estimator radiosity         the same lux by another method
-  harmolux illum room.toml -o head.ply                   sensors of kind surface as a coloured point cloud or mesh
+  harmolux illum room.toml -o head.ply                   sensors of kind surface as a coloured \
+                                                         point cloud or mesh
   harmolux illum room.toml -D illum.stop.relative_error=0.001")]
 pub(crate) struct Illum {
     #[command(flatten)]
@@ -102,7 +106,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
     let paths: Vec<PathBuf> = targets.iter().map(|t| t.path_at(stage).to_owned()).collect();
     let write = |target: IllumTarget| target.write((&table, &figure, &groups), stage);
     let written = write_all(targets.into_iter().map(write));
-    meter.finish();
+    drop(meter);
     if as_json {
         say::raw(&report::json(&table, &groups, &survey)?);
     } else {

@@ -39,10 +39,10 @@ impl Place {
         let given = verb.checkpoint.as_ref().or(verb.resume.as_ref().and_then(Option::as_ref));
         let path = given.unwrap_or(&default).clone();
         let claim = Claim::open(&path, &Kind::CHECKPOINT, verb.force)?;
-        if resume.is_none() && !verb.force && !holds_nothing(&path) {
+        if resume.as_ref() != Some(&path) && !verb.force && !holds_nothing(&path) {
             return Err(Error::Parameter(format!(
                 "{} is of a run that was interrupted or can be added to: go on with it by \
-                 `--resume={}`, or begin anew with `--force`",
+                 `--resume={}`, or replace it with `--force`",
                 path.display(),
                 path.display()
             )));
@@ -50,8 +50,8 @@ impl Place {
         Ok(Self { claim, named: given.is_some(), resume })
     }
 
-    /// Gives the film to go on with: that of the checkpoint to resume, else an
-    /// empty one. The pictures that stand there must be those of this run.
+    /// Returns the film to go on with, that of the checkpoint to resume or an empty one, and what
+    /// keeps it. The pictures that stand there must be those of this run.
     pub(crate) fn take(
         self,
         file: &SceneFile,
@@ -169,7 +169,8 @@ impl Kept {
 
     /// Ends the run, and removes the state that is neither to go on nor asked for.
     pub(crate) fn end(self, rendering: &Rendering, to_go_on: bool) {
-        if (self.named || to_go_on) && rendering.unfinished.is_none() {
+        // Without a complete pass nothing was saved, and what stands there is an earlier run's.
+        if self.named || to_go_on || rendering.unfinished.is_some() {
             return;
         }
         if let Err(error) = self.claim.remove() {

@@ -46,7 +46,8 @@ use crate::common::{interrupt, paths, say};
   harmolux render room.toml -D render.estimator=path the reference estimator
   harmolux render room.toml --resume                 go on after Ctrl-C
   harmolux render room.toml --camera glare           another camera of the scene
-  harmolux render room.toml --crop 100,50,420,290    a part of the picture, the same pixels to the bit
+  harmolux render room.toml --crop 100,50,420,290    a part of the picture, the same pixels to the \
+                                                     bit
   harmolux render room.toml --layers normal,depth    these layers only in the EXR
 
 Cameras, filters, layers and files: docs/pictures.md")]
@@ -147,7 +148,7 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
         return Ok(nothing_done(&rendering));
     }
     let written = finish(kept, &mut outputs, &rendering, &write)?;
-    meter.finish();
+    drop(meter);
     warn(&rendering);
     if as_json {
         say::json(&report_json(&loaded, &rendering, settings.stop.relative_error, &written));

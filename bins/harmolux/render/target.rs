@@ -56,7 +56,11 @@ impl Image {
                 let layers = of.file.render.layers.as_deref().unwrap_or(&Layer::ALL);
                 let View { scene, camera, settings, .. } = of;
                 let hits = FirstHits { scene, camera, filter: settings.filter };
-                let exr = with_shapes(Exr::new(width, height), layers, &hits)?;
+                let mut exr = Exr::new(width, height);
+                // Their rays take long, and whoever asked a run to end waits.
+                if stage == Stage::Complete {
+                    exr = with_shapes(exr, layers, &hits)?;
+                }
                 let exr = described(exr, rendering, of)?.with_attribute("run", run);
                 let light = light(&rendering.film, layers);
                 output.write_with(stage, &mut |to| exr.write(&light, to))

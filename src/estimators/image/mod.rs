@@ -135,6 +135,8 @@ pub fn resume(
         run.account(&launcher, settings, &control);
         if let Some(ending) = run.ending(&mut control, observer) {
             run.ending = ending;
+            // The time may be up before the first pass.
+            run.unfinished = (run.film.passes() == 0).then_some(0.0);
             return Ok(run);
         }
         if let Some(keeper) = &mut keeper

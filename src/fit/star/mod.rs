@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::error::Advice;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, MeshReport};
 use crate::{Error, Result};
 
 pub use centre::{best_centre, centres, preferred_centre};
@@ -106,7 +106,7 @@ pub fn test(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
 ///
 /// # Errors
 /// [`Error::Geometry`] when it is not, saying how much of it turns away, where most, and which
-/// centre would do better; and as [`test()`].
+/// centre would do better, or that it is in pieces; and as [`test()`].
 pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
     let report = test(mesh, about)?;
     if report.is_star_shaped() {
@@ -119,14 +119,19 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
         ))
         .advise(Advice::KeepLargestPiece));
     }
+    let pieces = MeshReport::of(mesh).components;
+    if pieces > 1 {
+        let message = format!("{}; it is in {pieces} pieces", sentence(&report));
+        return Err(Error::Geometry(message).advise(Advice::KeepLargestPiece));
+    }
     let advice = match best_centre(mesh)? {
         (centre, clearance) if clearance > 0.0 => format!(
             "it is star-shaped about {centre:.6}, which every face clears by {clearance:.3e} m: \
              expand about that centre"
         ),
         (centre, clearance) => format!(
-            "no centre sees all of it; the best, {centre:.6}, lies {:.3e} m behind a face: fit the outer envelope \
-             about it, or remove the folds",
+            "no centre sees all of it; the best, {centre:.6}, lies {:.3e} m behind a face: fit the \
+             outer envelope about it, or remove the folds",
             -clearance
         ),
     };
@@ -136,9 +141,9 @@ pub fn require(mesh: &Mesh, about: DVec3) -> Result<StarReport> {
 /// Says what is wrong about a point.
 fn sentence(report: &StarReport) -> String {
     format!(
-        "the mesh is not star-shaped about {:.6}: {} faces with {:.3} % of the area and at most {:.3} % of the \
-         directions turn away from it, the worst is face {} (from 0) at {:.6}, whose plane has the point {:.3e} m \
-         on its outer side",
+        "the mesh is not star-shaped about {:.6}: {} faces with {:.3} % of the area and at most \
+         {:.3} % of the directions turn away from it, the worst is face {} (from 0) at {:.6}, \
+         whose plane has the point {:.3e} m on its outer side",
         report.about,
         report.turned_faces,
         100.0 * report.turned_area,

@@ -13,7 +13,7 @@ use crate::fit::tessellation::chord_error::{lifted, point, samples};
 use crate::fit::tessellation::icosphere::icosphere;
 use crate::fit::tessellation::{MAX_FACES, SphereMesh, lift};
 use crate::mesh::triangle::nearest_on_triangle;
-use crate::sh::Series;
+use crate::sh::Evaluator;
 use crate::{Error, Result};
 
 /// Rounds of refinement, each of which may halve every edge: more than the resolution of f64
@@ -22,7 +22,7 @@ const ROUNDS: usize = 64;
 
 /// A mesh on its way to the tolerance.
 struct Refinement<'a> {
-    series: &'a Series,
+    series: &'a Evaluator,
     tolerance: f64,
     directions: Vec<DVec3>,
     /// The vertices, from the centre.
@@ -38,7 +38,7 @@ struct Refinement<'a> {
 /// # Errors
 /// [`Error::Parameter`] when that takes more than [`MAX_FACES`]; [`Error::Geometry`] where the
 /// radius is not positive.
-pub(super) fn adaptive(series: &Series, tolerance: f64) -> Result<SphereMesh> {
+pub(super) fn adaptive(series: &Evaluator, tolerance: f64) -> Result<SphereMesh> {
     // Six degrees for each cut of the icosahedron's edges: the samples of a face then see every
     // lobe of the series.
     let start = icosphere(1 + series.coefficients().lmax() / 6);
@@ -274,7 +274,7 @@ mod tests {
             c.set(l, 0, 0.02 * (2 * l + 1) as f64 * (-0.01 * (l * l) as f64).exp(), 0.0);
         }
         c.set(0, 0, 1.0, 0.0);
-        let series = Series::new(&c).expect("degree 24");
+        let series = Evaluator::new(&c).expect("degree 24");
         let mesh = adaptive(&series, 2e-3).expect("few faces");
         let near = |limit: f64| {
             let middles = mesh

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use crate::Result;
 use crate::mesh::triangle::nearest_on_triangle;
-use crate::sh::{Bounds, Coefficients, Series, rounding};
+use crate::sh::{Bounds, Evaluator};
 
 /// Says how far a tessellation is from its surface, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +57,7 @@ pub(super) fn point(corners: &[DVec3; 3], weights: [usize; 3]) -> DVec3 {
 }
 
 /// Returns the point of the surface above a point of a face, both from the centre.
-pub(super) fn lifted(series: &Series, on_face: DVec3) -> DVec3 {
+pub(super) fn lifted(series: &Evaluator, on_face: DVec3) -> DVec3 {
     let direction = on_face.normalize();
     series.value(direction) * direction
 }
@@ -66,14 +66,16 @@ pub(super) fn lifted(series: &Series, on_face: DVec3) -> DVec3 {
 ///
 /// # Errors
 /// As [`Bounds::of`].
-pub(super) fn chord_error(series: &Series, faces: &[[DVec3; 3]]) -> Result<ChordError> {
+pub(super) fn chord_error(series: &Evaluator, faces: &[[DVec3; 3]]) -> Result<ChordError> {
     let largest = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
     let [measured, radial] =
         faces.par_iter().map(|corners| measure(series, corners)).reduce(|| [0.0; 2], largest);
     let coefficients = series.coefficients();
     let bound = if coefficients.lmax() <= BOUNDED_DEGREE {
-        let curvature = height_curvature(coefficients)?;
-        let rounding = 4.0 * rounding(coefficients);
+        let Bounds { max, slope, curvature, .. } = Bounds::of(coefficients)?;
+        // Bounds the second derivative of the height above any plane along any great circle.
+        let curvature = (curvature + max).hypot(2.0 * slope);
+        let rounding = 4.0 * series.error(max);
         let goal = SLACK * radial + rounding;
         let over = |corners: &[DVec3; 3]| Face::new(series, curvature, corners).bound(goal);
         Some(faces.par_iter().map(over).reduce(|| 0.0, f64::max) + rounding)
@@ -85,7 +87,7 @@ pub(super) fn chord_error(series: &Series, faces: &[[DVec3; 3]]) -> Result<Chord
 
 /// Returns the largest distance between the samples and their face, and the largest along the
 /// direction.
-fn measure(series: &Series, corners: &[DVec3; 3]) -> [f64; 2] {
+fn measure(series: &Evaluator, corners: &[DVec3; 3]) -> [f64; 2] {
     samples().fold([0.0; 2], |[distance, radial], weights| {
         let below = point(corners, weights);
         let above = lifted(series, below);
@@ -94,15 +96,9 @@ fn measure(series: &Series, corners: &[DVec3; 3]) -> [f64; 2] {
     })
 }
 
-/// Bounds the second derivative of the height above any plane along any great circle.
-fn height_curvature(coefficients: &Coefficients) -> Result<f64> {
-    let Bounds { max, slope, curvature, .. } = Bounds::of(coefficients)?;
-    Ok((curvature + max).hypot(2.0 * slope))
-}
-
 /// A face as the bound sees it.
 struct Face<'a> {
-    series: &'a Series,
+    series: &'a Evaluator,
     curvature: f64,
     corners: [Corner; 3],
     normal: DVec3,
@@ -121,7 +117,7 @@ struct Corner {
 }
 
 impl<'a> Face<'a> {
-    fn new(series: &'a Series, curvature: f64, corners: &[DVec3; 3]) -> Self {
+    fn new(series: &'a Evaluator, curvature: f64, corners: &[DVec3; 3]) -> Self {
         let [a, b, c] = *corners;
         let normal = (b - a).cross(c - a).normalize_or_zero();
         // The corners are on the surface: their height is only rounding, which the caller adds.
@@ -167,12 +163,13 @@ impl<'a> Face<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sh::Coefficients;
 
     #[test]
     fn sphere_of_radius_two_has_the_error_of_its_octahedron() {
         let mut c = Coefficients::zeros(0);
         c.set(0, 0, 2.0, 0.0);
-        let series = Series::new(&c).expect("degree 0");
+        let series = Evaluator::new(&c).expect("degree 0");
         let face = [DVec3::X * 2.0, DVec3::Y * 2.0, DVec3::Z * 2.0];
         let error = chord_error(&series, &[face]).expect("bounded");
         // The plane is 2/sqrt 3 from the centre; the farthest point above it is 2 - 2/sqrt 3 away,

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use crate::error::Advice;
 use crate::math::require_measurable;
 use crate::mesh::Mesh;
-use crate::sh::{Coefficients, Series, require_positive};
+use crate::sh::{Coefficients, Evaluator, require_positive};
 use crate::{Error, Result, memory};
 
 pub use chord_error::ChordError;
@@ -133,7 +133,7 @@ pub fn tessellate(
     require_measurable("the mean radius", coefficients.mean().abs())
         .map_err(|e| e.advise(Advice::AddRadius))?;
     ask_for(resolution.faces().unwrap_or(0))?;
-    let series = Series::new(coefficients)?;
+    let series = Evaluator::new(coefficients)?;
     let sphere = match resolution {
         Resolution::Icosphere { frequency } => icosphere::icosphere(frequency),
         Resolution::LatLong { bands, azimuths } => lat_long::lat_long(bands, azimuths),
@@ -156,12 +156,13 @@ fn ask_for(faces: usize) -> Result<()> {
 }
 
 /// Moves directions out to the surface.
-fn lift(series: &Series, directions: &[DVec3]) -> Result<Vec<DVec3>> {
+fn lift(series: &Evaluator, directions: &[DVec3]) -> Result<Vec<DVec3>> {
     let radii: Vec<f64> = directions.par_iter().map(|w| series.value(*w)).collect();
     if let Some(i) = radii.iter().position(|r| !(*r > 0.0 && r.is_finite())) {
         let error = Error::Geometry(format!(
-            "the radius towards {:.3} is {:.3e} (mean radius {:.3e}), but a surface needs a positive one everywhere; choose another centre, or lower the \
-             degree or filter the series if it rings",
+            "the radius towards {:.3} is {:.3e} (mean radius {:.3e}), but a surface needs a \
+             positive one everywhere; choose another centre, or lower the degree or filter the \
+             series if it rings",
             directions[i],
             radii[i],
             series.coefficients().mean()

@@ -3,7 +3,7 @@ use glam::DVec3;
 use super::*;
 use crate::fit::{project_conforming, star};
 use crate::mesh::MeshReport;
-use crate::sh::volume;
+use crate::sh::{Series, volume};
 
 fn bumpy() -> Coefficients {
     let mut c = Coefficients::zeros(8);

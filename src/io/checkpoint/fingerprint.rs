@@ -53,7 +53,7 @@ impl Fingerprint {
     /// Adds what was read for each object when the scene was loaded: its file, and the files that
     /// this names, by their places beside it.
     pub fn with_files(mut self, objects: &BTreeMap<String, FilesRead>) -> Self {
-        for (object, FilesRead { file, beside }) in objects {
+        for (object, FilesRead { file, beside, .. }) in objects {
             self = self.with(&format!("the file of objects.{object}"), file.to_string());
             let folder = file.path().parent().unwrap_or(Path::new(""));
             for other in beside {
@@ -165,7 +165,8 @@ camera = \"main\"
                 Input::of_bytes(Path::new(path), bytes).finish().expect("in memory").file
             };
             let beside = vec![read("shapes/parts/m.bin", beside)];
-            let read = FilesRead { file: read("shapes/m.gltf", file), beside };
+            let file = read("shapes/m.gltf", file);
+            let read = FilesRead { file, beside, remarks: Vec::new() };
             Fingerprint::new().with_files(&BTreeMap::from([("head".to_owned(), read)]))
         };
         let first = of(b"{}", b"");

@@ -6,6 +6,7 @@
 
 use std::path::Path;
 
+use super::recognise::PLACES;
 use super::rows::{Triangle, begins, cells, coefficient, digits, lines};
 use super::shtools_text::header_lines;
 use super::{ReadOptions, annotated};
@@ -37,7 +38,8 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
 /// Returns this layout from the other: the fourth row is `1, -1, value`.
 pub(super) fn is_dov(text: &str) -> bool {
     let mut rows = lines(text).skip(header_lines(text));
-    rows.nth(3).is_some_and(|(line, _)| begins(line, ["1", "-1"]))
+    let mut starts = |place| rows.next().is_some_and(|(line, _)| begins(line, place));
+    PLACES.into_iter().all(&mut starts)
 }
 
 fn rows(path: &Path, text: &str, ours: bool, convention: Convention) -> Result<Coefficients> {

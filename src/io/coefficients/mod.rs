@@ -61,7 +61,9 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Shape> {
 /// # Errors
 /// As [`read`].
 pub fn read_input(mut input: Input, options: &ReadOptions) -> Result<(Shape, FilesRead)> {
-    let shape = parse(input.path(), &input.rest()?, options)?;
+    let (path, name, bytes) = (input.path(), input.name(), input.rest()?);
+    let format = options.format.or_else(|| recognise(name, &bytes));
+    let shape = parse(path, &bytes, &ReadOptions { format, ..*options })?;
     Ok((shape, input.finish()?))
 }
 

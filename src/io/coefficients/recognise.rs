@@ -5,10 +5,13 @@ use std::path::Path;
 use super::{
     SeriesFormat, aics_csv, alm_fits, binary, bshc, compact, dov, icgem, shadr, spharm_pdm,
 };
-use crate::io::npy;
+use crate::io::{meshes, npy, points};
 
 /// How much of a text is looked at, bytes.
 const HEAD: usize = 4096;
+
+/// Degree and order of the first rows, with signed orders all of them, of others the first three.
+pub(super) const PLACES: [[&str; 2]; 4] = [["0", "0"], ["1", "0"], ["1", "1"], ["1", "-1"]];
 
 /// Returns the format of a coefficient file from its content and, for a text or for bytes without a
 /// sign of their own, its extension; `None` when neither is that of a coefficient file.
@@ -17,7 +20,7 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<SeriesFormat> {
 }
 
 /// Returns the format by the beginning of a file, 64 KiB or all of it, and its length; `None` when
-/// that says nothing.
+/// that says nothing. What bears the sign of a mesh is none: rows of numbers say less.
 pub fn recognise_content(head: &[u8], length: u64) -> Option<SeriesFormat> {
     if head.starts_with(&binary::MAGIC) {
         return Some(SeriesFormat::Binary);
@@ -33,6 +36,9 @@ pub fn recognise_content(head: &[u8], length: u64) -> Option<SeriesFormat> {
     }
     if bshc::is_bshc(head, length) {
         return Some(SeriesFormat::Bshc);
+    }
+    if meshes::recognise(head, length).is_some() {
+        return None;
     }
     text(head)
 }
@@ -59,6 +65,8 @@ fn text(bytes: &[u8]) -> Option<SeriesFormat> {
         Some(SeriesFormat::SpharmPdm)
     } else if aics_csv::is_aics(head) {
         Some(SeriesFormat::Aics)
+    } else if points::names_columns(bytes) {
+        None
     } else if shadr::is_shadr(head) {
         Some(SeriesFormat::Shadr)
     } else if dov::is_dov(head) {
@@ -68,12 +76,17 @@ fn text(bytes: &[u8]) -> Option<SeriesFormat> {
     }
 }
 
-/// Returns a coefficient text by our title, or by its rows `0, 0, C` and `1, 0, C`.
+/// Returns a coefficient text by our title, or by its rows `0, 0, C`, `1, 0, C` and, if there is
+/// one more, `1, 1, C`.
 fn is_text(head: &str) -> bool {
     use super::rows::{begins, lines};
     let mut rows = lines(head).skip(super::shtools_text::header_lines(head));
-    let mut starts = |place: [&str; 2]| rows.next().is_some_and(|(line, _)| begins(line, place));
-    super::annotated::is_ours(head) || starts(["0", "0"]) && starts(["1", "0"])
+    let mut starts = |place| rows.next().is_some_and(|(line, _)| begins(line, place));
+    let [first, second, third, _] = PLACES;
+    super::annotated::is_ours(head)
+        || starts(first)
+            && starts(second)
+            && rows.next().is_none_or(|(line, _)| begins(line, third))
 }
 
 #[cfg(test)]

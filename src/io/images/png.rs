@@ -37,8 +37,8 @@ pub fn auto_exposure(pixels: &[Rgb]) -> f64 {
 }
 
 /// Encodes linear Rec. 709 `pixels` (`width` x `height`, row by row from the top left) as PNG,
-/// exposed by `exposure` or, without it, by [`auto_exposure`]; `run` is the text that tells of which
-/// run it is, if any.
+/// exposed by `exposure` or, without it, by [`auto_exposure`]; `run` is the text that tells of
+/// which run it is, if any.
 ///
 /// # Errors
 /// [`Error::Parameter`] when the size does not fit the pixels or the exposure is not a positive

@@ -13,6 +13,7 @@ mod obj;
 mod off;
 mod parts;
 mod ply;
+mod polygon;
 mod samples;
 mod source;
 mod stl;
@@ -22,6 +23,7 @@ use std::path::Path;
 
 use crate::error::shown_path;
 use crate::io::input::{FilesRead, Input};
+use crate::io::points;
 use crate::mesh::Mesh;
 use crate::{Result, memory};
 use source::Source;
@@ -73,7 +75,7 @@ fn parse_source(source: &mut Source) -> Result<Mesh> {
     let name = format!("{}, a file of {length} bytes,", shown_path(source.path()));
     memory::ask(length as f64, name, |_| "take a coarser mesh".to_owned())?;
     let told = recognise(source.ahead()?, length);
-    match told.or_else(|| MeshFormat::of_extension(source.path())) {
+    match told.or_else(|| MeshFormat::of_extension(source.name())) {
         Some(MeshFormat::Obj) => obj::parse(source),
         Some(MeshFormat::Ply) => ply::parse(source),
         Some(MeshFormat::Stl) => stl::parse(source),
@@ -89,32 +91,22 @@ fn parse_source(source: &mut Source) -> Result<Mesh> {
 /// Returns the format by the beginning of a file, 64 KiB or all of it, and its length; `None` when
 /// that says nothing.
 pub fn recognise(head: &[u8], length: u64) -> Option<MeshFormat> {
-    let is_ply = head
-        .strip_prefix(b"ply")
-        .is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace));
+    let first = source::first_words(head).next().unwrap_or(b"");
     if gltf::is_binary(head) {
         Some(MeshFormat::Gltf)
-    } else if is_ply {
+    } else if ply::is_ply(head) && !points::is_marked(head) {
         Some(MeshFormat::Ply)
     } else if stl::is_binary(head, length) || stl::is_text(head) {
         Some(MeshFormat::Stl)
-    } else if off::is_off(head) {
+    } else if off::is_off(first) {
         Some(MeshFormat::Off)
     } else if gltf::is_text(head) {
         Some(MeshFormat::Gltf)
-    } else if looks_like_obj(head) {
+    } else if obj::is_statement(first) {
         Some(MeshFormat::Obj)
     } else {
         None
     }
-}
-
-/// Whether the file's first statement is one that OBJ files begin with.
-fn looks_like_obj(head: &[u8]) -> bool {
-    let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
-    let first = head.split(|&b| b == b'\n').find_map(|line| source::words(line).next());
-    let keywords: [&[u8]; 9] = [b"v", b"vn", b"vt", b"f", b"o", b"g", b"s", b"mtllib", b"usemtl"];
-    first.is_some_and(|word| keywords.contains(&word))
 }
 
 #[cfg(test)]

@@ -6,24 +6,25 @@
 //! statement is checked before it is passed on, and a polygon of all vertices in order comes first.
 
 use std::io::Read;
+use std::iter;
 use std::path::Path;
 
 use glam::DVec3;
 
-use super::parts::{MOST_VERTICES, Parts, thin_face, too_many};
+use super::parts::{CUT, MOST_VERTICES, Parts, thin_face, too_many};
 use super::source::{Source, number, shown};
 use crate::error::shown_path;
 use crate::mesh::Mesh;
 use crate::{Error, Result, memory};
 
-/// Reads an OBJ file: its vertices in their own order, its polygons cut into fans. Objects and
-/// groups are joined and share their vertices; normals, texture coordinates, materials, points and
-/// lines are passed over.
+/// Reads an OBJ file: its vertices in their own order, its polygons cut into triangles. Objects and
+/// groups are joined and share their vertices; normals, texture coordinates, materials, points,
+/// lines and faces of two vertices are passed over.
 ///
 /// # Errors
 /// [`Error::Io`] when the file cannot be read; [`Error::Input`], with the line where there is one,
 /// when it is a folder, has no vertices or no faces, or has a statement that cannot be used: text
-/// that is not UTF-8, a coordinate that is no finite number, a face of fewer than three vertices, a
+/// that is not UTF-8, a coordinate that is no finite number, a face of fewer than two vertices, a
 /// number of a vertex that is not there.
 pub fn read_obj(path: &Path) -> Result<Mesh> {
     parse(&mut Source::open(path)?)
@@ -33,10 +34,10 @@ pub fn read_obj(path: &Path) -> Result<Mesh> {
 pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
     let mut statements = Statements::default();
     while source.next_line()? {
-        if source.line() == 1 && source.text().starts_with(b"\xef\xbb\xbf") {
-            source.text_mut().drain(..3);
+        let mut more = 0;
+        while source.continues()? {
+            more += 1;
         }
-        let more = join_continued(source)?;
         match source.words().next() {
             Some(b"v") => statements.vertex(source)?,
             Some(b"f" | b"fo") => statements.face(source)?,
@@ -47,18 +48,10 @@ pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
     statements.finish(source)
 }
 
-/// Joins the lines that a backslash at their end continues, and gives how many were added.
-fn join_continued(source: &mut Source) -> Result<usize> {
-    let mut more = 0;
-    while source.text().last() == Some(&b'\\') {
-        source.text_mut().pop();
-        source.text_mut().push(b' ');
-        if !source.append_line()? {
-            break;
-        }
-        more += 1;
-    }
-    Ok(more)
+/// Whether a file that begins with this word is OBJ.
+pub(super) fn is_statement(word: &[u8]) -> bool {
+    let known: [&[u8]; 9] = [b"v", b"vn", b"vt", b"f", b"o", b"g", b"s", b"mtllib", b"usemtl"];
+    known.contains(&word)
 }
 
 /// A corner that names a vertex of which the file had not told yet.
@@ -136,7 +129,7 @@ impl Statements {
             self.corner(source, word)?;
             corners += 1;
         }
-        if corners < 3 {
+        if corners < 2 {
             let help = "give a face at least three vertices, as in `f 1 2 3`, on one line";
             return Err(source.fault_here(thin_face(corners), help));
         }
@@ -161,7 +154,7 @@ impl Statements {
         Ok(())
     }
 
-    fn finish(self, source: &Source) -> Result<Mesh> {
+    fn finish(self, source: &mut Source) -> Result<Mesh> {
         let count = self.vertices;
         let stray = self.forward.iter().find(|f| f.number > count as i64);
         if let Some(&Forward { number, line, before }) = stray {
@@ -176,8 +169,8 @@ impl Statements {
         self.parts(source)?.finish(source)
     }
 
-    /// Has tobj parse the statements, all vertices in their order first: the fan of 1, 1, 1, 2, 3
-    /// and so on has a triangle for each.
+    /// Has tobj parse the statements, all vertices in their order first: a polygon of 1, 1, 1, 2, 3
+    /// and so on.
     fn parts(mut self, source: &Source) -> Result<Parts> {
         let statements = std::mem::take(&mut self.text);
         self.pass(b'f', [1, 1].into_iter().chain(1..=self.vertices).map(|v| v.to_string()));
@@ -186,17 +179,27 @@ impl Statements {
         memory::ask(numbers as f64 * MAX_BYTES_PER_NUMBER, name, |_| {
             "export it as PLY, which takes the memory of the mesh alone".to_owned()
         })?;
-        let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
         let mut text = self.text.chain(&statements[..]);
         let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-        let (models, _) = tobj::load_obj_buf(&mut text, &options, no_materials)
-            .map_err(|e| source.fault(e.to_string(), ENOUGH))?;
+        let (models, _) =
+            tobj::load_obj_buf(&mut text, &tobj::LoadOptions::default(), no_materials)
+                .map_err(|e| source.fault(e.to_string(), ENOUGH))?;
         let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
-        let (positions, triangles) = (mesh.positions.as_chunks().0, mesh.indices.as_chunks().0);
-        Ok(Parts {
-            positions: positions.iter().map(|&p| DVec3::from_array(p)).collect(),
-            triangles: triangles.iter().skip(self.vertices).copied().collect(),
-        })
+        let positions = mesh.positions.as_chunks().0;
+        let mut parts = Parts::of(positions.iter().map(|&p| DVec3::from_array(p)).collect());
+        let mut corners = mesh.indices.get(2 + self.vertices..).unwrap_or_default();
+        // None are listed where all are three.
+        let arities = mesh.face_arities.iter().skip(1).map(|&n| n as usize);
+        let triangles = if mesh.face_arities.is_empty() { corners.len() / 3 } else { 0 };
+        // A face has two triangles fewer than corners.
+        let count = corners.len().saturating_sub(2 * (arities.len() + triangles));
+        parts.triangles.reserve_exact(count);
+        for arity in arities.chain(iter::repeat_n(3, triangles)) {
+            let (face, rest) = corners.split_at(arity.min(corners.len()));
+            parts.polygon(face).map_err(|e| source.fault(e.to_string(), CUT))?;
+            corners = rest;
+        }
+        Ok(parts)
     }
 }
 
@@ -223,10 +226,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const CUBE: &str = "# a cube of two objects\nmtllib none.mtl\no lower\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n\
-        v 0 0 1 0.5 0.5 0.5\nv 1 0 1\nv 1 1 1\nv 0 1 1\nvt 0 0\nvn 0 0 1\nusemtl red\nf 4/1/1 3/1/1 2/1/1 1/1/1\n\
-        f 1 2 6 5 # a side\nf 2//1 3//1 7//1 6//1\no upper\ng top\nf -1 -5 -8 -4\nf 3 4 8 7\r\ns off\nl 1 2 3\np 1\n\
-        usemtl blue\nf 5/1 6/1 7/1 8/1\n";
+    const CUBE: &str = "# a cube of two objects\nmtllib none.mtl\no lower\nv 0 0 0\nv 1 0 0\n\
+                        v 1 1 0\nv 0 1 0\nv 0 0 1 0.5 0.5 0.5\nv 1 0 1\nv 1 1 1\nv 0 1 1\nvt 0 0\n\
+                        vn 0 0 1\nusemtl red\nf 4/1/1 3/1/1 2/1/1 1/1/1\nf 1 2 6 5 # a side\n\
+                        f 2//1 3//1 7//1 6//1\no upper\ng top\nf -1 -5 -8 -4\nf 3 4 8 7\r\ns off\n\
+                        l 1 2 3\np 1\nusemtl blue\nf 5/1 6/1 7/1 8/1\n";
 
     fn read(text: &str) -> Result<Mesh> {
         parse(&mut Source::of_bytes(Path::new("test.obj"), text.as_bytes()))
@@ -261,7 +265,7 @@ mod tests {
             ("f 1 2 99999999999999999999", "`99999999999999999999` is not a corner"),
             ("f 1 2 -9223372036854775808", "vertex -9223372036854775808 is not there"),
             ("f 1 2 9223372036854775807", "vertex 9223372036854775807 is not there"),
-            ("f 1 2", "a face of 2 vertices"),
+            ("f 1", "a face of 1 vertex"),
             ("f", "a face of 0 vertices"),
             ("f 1 2 /3", "`/3` is not a corner of a face"),
             ("f 1 2 3/a", "`3/a` is not a corner of a face"),
@@ -308,6 +312,44 @@ mod tests {
         let text = "v 0 0 0\nv 1 \\\n 0 0\r\nv 0 1 0\nf 1 \\\r\n2 \\\n3\n";
         assert_eq!(read(text).expect("readable").triangles(), [[0, 1, 2]]);
         assert!(error_of(&format!("{text}f 1 2 x\n")).starts_with("test.obj:8: `x`"));
+        // Blanks may follow it, and a comment is not continued: `# C:\\models\\`.
+        for text in [text.replace('\\', "\\ \t"), format!("# a\\b\\\n{text}")] {
+            assert_eq!(read(&text).expect("readable").triangles(), [[0, 1, 2]], "{text}");
+        }
+        assert!(error_of("v 0 0 0 \\").starts_with("test.obj: no faces"));
+    }
+
+    #[test]
+    fn lines_may_end_with_returns_alone() {
+        let cube = read(CUBE).expect("readable");
+        assert_eq!(read(&CUBE.replace("\r\n", "\n").replace('\n', "\r")).expect("CR"), cube);
+        assert_eq!(read(&CUBE.replace("\r\n", "\n").replace('\n', "\r\n")).expect("both"), cube);
+        let error = error_of(&"v 0 0 0\nv 1 0 0\nv 0 1 x\n".replace('\n', "\r"));
+        assert!(error.starts_with("test.obj:3: `x` is not a number"), "{error}");
+    }
+
+    #[test]
+    fn faces_of_two_corners_are_passed_over_and_told() {
+        let text = format!("{CUBE}f 1 2\nf 3/1 4/1\n");
+        let mut source = Source::of_bytes(Path::new("test.obj"), text.as_bytes());
+        assert_eq!(parse(&mut source).expect("readable"), read(CUBE).expect("readable"));
+        let remarks = source.finish().expect("read").remarks;
+        assert_eq!(remarks, ["2 faces of two vertices passed over"]);
+        assert!(error_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n").starts_with("test.obj: no faces"));
+    }
+
+    #[test]
+    fn polygons_that_are_not_convex_are_cut_before_and_behind_their_vertices() {
+        let vertices = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nv 0 0 9\n";
+        for text in [
+            format!("{vertices}f 2 3 4 5 1\nf 1 2 6\n"),
+            format!("f 2 3 4 5 1\nf 1 2 6\n{vertices}"),
+        ] {
+            let mesh = read(&text).expect("readable");
+            assert_eq!(mesh.triangles().len(), 4);
+            // Half of 4 (4 + 1) + 4 (1 + 4), none of it twice.
+            assert!((mesh.area() - 10.0 - 18.0).abs() <= 1e-14, "{:?}", mesh.triangles());
+        }
     }
 
     #[test]
@@ -327,11 +369,18 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { rng_seed: prop::test_runner::RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig {
+            rng_seed: prop::test_runner::RngSeed::Fixed(1),
+            failure_persistence: None,
+            ..ProptestConfig::default()
+        })]
 
         #[test]
         fn no_bytes_make_it_panic(
-            changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4_u8), 0..12)
+            changes in prop::collection::vec(
+                (any::<prop::sample::Index>(), any::<u8>(), 0..4_u8),
+                0..12,
+            )
         ) {
             let mut bytes = CUBE.as_bytes().to_vec();
             let telling = b" -/.0199eE#\n\\vfnlinf\xff";

@@ -4,7 +4,7 @@
 //! Nothing here holds more than a buffer and one line, so that what a reader takes is the mesh it
 //! makes.
 
-use std::io::Read;
+use std::io::{BufRead, Read};
 use std::path::Path;
 
 use glam::DVec3;
@@ -21,6 +21,10 @@ pub(super) struct Source<'a> {
     line: usize,
     /// What that line holds, without its end.
     text: Vec<u8>,
+    /// Whether it ended with a carriage return alone.
+    is_return: bool,
+    /// Whether a line feed behind a carriage return is no part of the line's end.
+    keeps_feeds: bool,
 }
 
 impl<'a> Source<'a> {
@@ -36,12 +40,17 @@ impl<'a> Source<'a> {
 
     /// Takes a file that is open, at its beginning.
     pub(super) fn new(input: Input<'a>) -> Self {
-        Self { input, taken: 0, line: 0, text: Vec::new() }
+        Self { input, taken: 0, line: 0, text: Vec::new(), is_return: false, keeps_feeds: false }
     }
 
     /// Reads what is left, and says what was read.
     pub(super) fn finish(self) -> Result<FilesRead> {
         self.input.finish()
+    }
+
+    /// Remembers something that the file's user should hear of.
+    pub(super) fn remark(&mut self, text: String) {
+        self.input.remark(text);
     }
 
     /// Reads at most the first `most` bytes of a file that this one names.
@@ -52,6 +61,11 @@ impl<'a> Source<'a> {
     /// Returns the path of the file.
     pub(super) fn path(&self) -> &'a Path {
         self.input.path()
+    }
+
+    /// Returns the name whose extension is that of the content.
+    pub(super) fn name(&self) -> &'a Path {
+        self.input.name()
     }
 
     /// Returns the length of the file, bytes.
@@ -98,25 +112,44 @@ impl<'a> Source<'a> {
         Ok(bytes)
     }
 
-    /// Goes on to the next line, which [`Source::text`] then shows; false at the end of the file.
+    /// Goes on to the next line, which [`Source::text`] then shows; false at the end of the file. A
+    /// line ends at a line feed, a carriage return, or both; a mark of UTF-8 before the first is
+    /// passed over.
     pub(super) fn next_line(&mut self) -> Result<bool> {
         self.text.clear();
         self.line += 1;
-        self.append_line()
+        let is_there = self.append_line()?;
+        if self.line == 1 && self.text.starts_with(MARK) {
+            self.text.drain(..MARK.len());
+        }
+        Ok(is_there)
     }
 
     /// Adds the next line to the one shown.
     pub(super) fn append_line(&mut self) -> Result<bool> {
-        let read = memory::read_line(&mut self.input, &mut self.text);
+        let read = memory::read_half_line(&mut self.input, &mut self.text);
         let read = read.map_err(|e| Error::io(self.path(), "read", e))?;
         self.taken += read as u64;
-        if self.text.last() == Some(&b'\n') {
-            self.text.pop();
-        }
-        if self.text.last() == Some(&b'\r') {
-            self.text.pop();
+        self.is_return = false;
+        match self.text.last() {
+            Some(b'\n') if read > 0 => drop(self.text.pop()),
+            Some(b'\r') if read > 0 => {
+                self.text.pop();
+                self.is_return = self.keeps_feeds || self.ahead()?.first() != Some(&b'\n');
+                if !self.is_return {
+                    self.input.consume(1);
+                    self.taken += 1;
+                }
+            }
+            _ => {}
         }
         Ok(read > 0)
+    }
+
+    /// Settles that lines end as the one read last did: where that is a carriage return alone, a
+    /// line feed behind another one is the first of the bytes that follow.
+    pub(super) fn settle_line_ends(&mut self) {
+        self.keeps_feeds = self.is_return;
     }
 
     /// Goes on to the next line that has more than blanks and, after a `#`, comments.
@@ -134,9 +167,17 @@ impl<'a> Source<'a> {
         &self.text
     }
 
-    /// Changes the line read last.
-    pub(super) fn text_mut(&mut self) -> &mut Vec<u8> {
-        &mut self.text
+    /// Adds the next line where a backslash, but for blanks behind it, ends the one shown; whether
+    /// it did.
+    pub(super) fn continues(&mut self) -> Result<bool> {
+        let text = self.text.trim_ascii_end();
+        if text.last() != Some(&b'\\') || text.contains(&b'#') {
+            return Ok(false);
+        }
+        let end = text.len() - 1;
+        self.text.truncate(end);
+        self.text.push(b' ');
+        self.append_line()
     }
 
     /// Returns the number of the line read last, from 1.
@@ -173,6 +214,20 @@ impl<'a> Source<'a> {
     pub(super) fn fault_here(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
         self.fault_at(self.line, message, help)
     }
+}
+
+/// How a text may say that it is UTF-8.
+const MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Returns the beginning of a file without the mark of UTF-8.
+pub(super) fn unmarked(head: &[u8]) -> &[u8] {
+    head.strip_prefix(MARK).unwrap_or(head)
+}
+
+/// Returns the words of the first line that has any, at the beginning of a file.
+pub(super) fn first_words(head: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut lines = unmarked(head).split(|b| matches!(b, b'\n' | b'\r'));
+    words(lines.find(|line| words(line).next().is_some()).unwrap_or(b""))
 }
 
 /// Returns the words of a line, up to a `#`.

@@ -52,7 +52,9 @@ impl Held {
         for _ in 0..ATTEMPTS {
             let (file, is_new) = match opened(&path)? {
                 Opened::File { file, is_new } => (file, is_new),
-                Opened::Foreign => return Ok(Attempt::Foreign),
+                // What is to be taken whatever it is: the caller says why that cannot be.
+                Opened::Refused(e) if kind.is_none() => return Err(e),
+                Opened::Foreign | Opened::Refused(_) => return Ok(Attempt::Foreign),
                 Opened::Changing => continue,
             };
             match Lock::take(&file, &path) {
@@ -175,8 +177,13 @@ impl Drop for Held {
 }
 
 enum Opened {
-    File { file: File, is_new: bool },
+    File {
+        file: File,
+        is_new: bool,
+    },
     Foreign,
+    /// The system does not let it be opened.
+    Refused(io::Error),
     Changing,
 }
 
@@ -189,7 +196,7 @@ fn opened(path: &Path) -> io::Result<Opened> {
         Ok(_) => Ok(match options.open(path) {
             Ok(file) => Opened::File { file, is_new: false },
             Err(e) if e.kind() == ErrorKind::NotFound => Opened::Changing,
-            Err(_) => Opened::Foreign,
+            Err(e) => Opened::Refused(e),
         }),
         Err(e) if e.kind() == ErrorKind::NotFound => match options.create_new(true).open(path) {
             Ok(file) => Ok(Opened::File { file, is_new: true }),

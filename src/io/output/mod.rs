@@ -4,8 +4,8 @@
 //!
 //! * **What is complete stays.** A file that is not empty is replaced only by force, whoever wrote
 //!   it: a result may have cost a night, and a table may have got rows by hand. Only what a run
-//!   goes on with is its own to replace: its checkpoint, and the pictures that it wrote, which hold
-//!   the text of their run.
+//!   goes on with is its own to replace: its checkpoint, the table that grows as its results come,
+//!   with its figure, and the pictures that it wrote, which hold the text of their run.
 //! * **What is under way lies beside.** `NAME.unfinished.EXT` is held from the beginning of a run
 //!   to its end, locked; what an interrupted run has, and a look at one that goes on, are written
 //!   there. The complete result takes the place of NAME.EXT at once, and that file goes.
@@ -148,7 +148,7 @@ impl Output {
         self.write_with(stage, &mut |file| file.write_all(bytes))
     }
 
-    /// Writes a result by parts, and as often as wanted.
+    /// Writes a result by parts; a look or what is unfinished as often as wanted.
     ///
     /// # Errors
     /// As [`Output::write`].

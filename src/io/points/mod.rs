@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::io::input::{FilesRead, Input};
-use crate::io::npy;
+use crate::io::{coefficients, meshes, npy};
 use crate::mesh::Points;
 use crate::{Error, Result, memory};
 
@@ -40,9 +40,19 @@ pub fn is_marked(head: &[u8]) -> bool {
 }
 
 /// Whether a file that begins so holds points: it [is marked](is_marked) so, or is text whose first
-/// line with more than a comment is a point, their number, or names the columns x, y and z.
+/// line with more than a comment is a point, their number, or names the columns x, y and z, and
+/// nothing says that it is a mesh or coefficients.
 pub fn recognise(head: &[u8]) -> bool {
-    is_marked(head) || text::recognise(head)
+    let length = head.len() as u64;
+    is_marked(head)
+        || meshes::recognise(head, length).is_none()
+            && coefficients::recognise_content(head, length).is_none()
+            && text::recognise(head)
+}
+
+/// Whether the first line of a text with more than a comment names the columns x, y and z.
+pub(in crate::io) fn names_columns(head: &[u8]) -> bool {
+    text::names_columns(head)
 }
 
 /// Reads a point file.

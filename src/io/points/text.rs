@@ -36,6 +36,16 @@ pub(super) fn recognise(head: &[u8]) -> bool {
     false
 }
 
+/// Whether a text that begins so names the columns x, y and z.
+pub(super) fn names_columns(head: &[u8]) -> bool {
+    let lines = head.split(|b| *b == b'\n' || *b == b'\r').enumerate();
+    let mut lines = lines.map(|(i, bytes)| Line::new(Path::new(""), i + 1, bytes));
+    let first = lines.find(|line| line.as_ref().map_or(true, |line| !line.fields.is_empty()));
+    first
+        .and_then(Result::ok)
+        .is_some_and(|line| line.is_header() && line.header(PointOptions::default()).is_ok())
+}
+
 /// Reads points, however many columns they have.
 pub(super) fn parse(path: &Path, text: &mut impl BufRead, options: PointOptions) -> Result<Points> {
     let mut reader = Reader::new(path, options);

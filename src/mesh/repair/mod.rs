@@ -12,7 +12,7 @@ use std::fmt;
 use crate::mesh::Mesh;
 use crate::mesh::report::{duplicate_faces, find};
 use crate::mesh::triangle::is_collapsed;
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 
 /// Sets a repair. The default joins vertices at equal coordinates, drops faces without area and
 /// doubled ones, and turns the faces outwards.
@@ -74,6 +74,9 @@ impl fmt::Display for RepairReport {
     }
 }
 
+/// What the repair of a face takes, bytes: measured, and a quarter more.
+const BYTES_EACH: f64 = 300.0;
+
 /// Repairs a mesh. Faces are turned so that neighbours agree, piece by piece, and each piece
 /// encloses a positive volume (of an open piece: about the middle of its bounds); a cavity's skin
 /// is turned outwards too.
@@ -103,6 +106,9 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, RepairRep
         )));
     }
     mesh.require_measurable()?;
+    let faces = mesh.triangles().len();
+    let advice = memory::fewer(faces, "take a coarser mesh");
+    memory::ask(BYTES_EACH * faces as f64, format_args!("repairing {faces} faces"), advice)?;
     let mut done = RepairReport::default();
     let mut mesh = weld::welded(mesh, settings.weld, &mut done)?;
     mesh = without_collapsed(&mesh, &mut done)?;

@@ -322,8 +322,8 @@ fn cumulative_areas(mesh: &Mesh) -> Result<Vec<f64>> {
         return Ok(areas);
     }
     Err(Error::Geometry(format!(
-        "the mesh has {} faces and together they have no area that a ray could meet; give it at least one \
-         triangle with three distinct corners not in a line",
+        "the mesh has {} faces and together they have no area that a ray could meet; give it at \
+         least one triangle with three distinct corners not in a line",
         areas.len()
     )))
 }
@@ -334,8 +334,8 @@ fn check_finite(mesh: &Mesh) -> Result<()> {
     match used.copied().find(|&v| !mesh.positions()[v as usize].is_finite()) {
         None => Ok(()),
         Some(vertex) => Err(Error::Geometry(format!(
-            "vertex {vertex} (from 0) of the mesh is at {}, which is not finite; mend its coordinates or remove \
-             the faces that use it",
+            "vertex {vertex} (from 0) of the mesh is at {}, which is not finite; mend its \
+             coordinates or remove the faces that use it",
             mesh.positions()[vertex as usize]
         ))),
     }

@@ -523,7 +523,8 @@ mod tests {
             .expect("encoded")
             .bytes;
         let hex = bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().concat();
-        let expected = "485843010006ff265338881fd0b4f4eff9756b9bb37c27b0a742cf6f87868612e69d2249f8580c977e4681a36f";
+        let expected = "485843010006ff265338881fd0b4f4eff9756b9bb37c27b0\
+                        a742cf6f87868612e69d2249f8580c977e4681a36f";
         assert_eq!(hex, expected);
     }
 }

@@ -11,7 +11,6 @@ use crate::Result;
 use crate::io::meshes::parts::Parts;
 use crate::io::meshes::source::{Source, not_finite};
 use crate::io::meshes::welding::Welding;
-use crate::mesh::Mesh;
 
 /// How many vertices and faces a scene may have for each byte of its files: a mesh may be used by
 /// many nodes, and a small file must not become a mesh that fills the memory.
@@ -22,8 +21,8 @@ const STRIP: u32 = 5;
 const FAN: u32 = 6;
 
 /// Gathers the mesh.
-pub(super) struct Assembly<'a> {
-    source: &'a Source<'a>,
+pub(super) struct Assembly<'a, 's> {
+    source: &'a Source<'s>,
     document: &'a Document<'a>,
     buffers: &'a Buffers<'a>,
     parts: Parts,
@@ -39,14 +38,14 @@ struct Shared {
     vertices: HashMap<usize, Vec<u32>>,
 }
 
-impl<'a> Assembly<'a> {
-    /// Makes the mesh of the default scene; `bytes` is the size of all its files.
+impl<'a, 's> Assembly<'a, 's> {
+    /// Gathers the default scene; `bytes` is the size of all its files.
     pub(super) fn of(
-        source: &'a Source<'a>,
+        source: &'a Source<'s>,
         document: &'a Document<'a>,
         buffers: &'a Buffers<'a>,
         bytes: u64,
-    ) -> Result<Mesh> {
+    ) -> Result<Parts> {
         let room = REPEATS.saturating_mul(bytes);
         let mut all = Self { source, document, buffers, parts: Parts::default(), room };
         let mut seen = vec![false; document.nodes.len()];
@@ -59,11 +58,12 @@ impl<'a> Assembly<'a> {
             }
             let transform = above * node.transform();
             if let Some(mesh) = node.mesh {
-                all.add_mesh(mesh, transform)?;
+                // A skin places its vertices by its joints alone; at rest they stay where they are.
+                all.add_mesh(mesh, if node.skin.is_some() { DMat4::IDENTITY } else { transform })?;
             }
             todo.extend(node.children.iter().rev().map(|&child| (child, transform)));
         }
-        all.parts.finish(source)
+        Ok(all.parts)
     }
 
     /// Lists the nodes the scene begins with; without scenes, those that are no child.
@@ -118,7 +118,8 @@ impl<'a> Assembly<'a> {
 
     /// Replaces indices by the vertices they name.
     fn named(&self, accessor: usize, vertices: &[u32]) -> Result<Vec<u32>> {
-        let mut corners = self.buffers.indices(self.source, self.document, accessor)?;
+        let mut corners =
+            self.buffers.indices(self.source, self.document, accessor, self.room / 4)?;
         for corner in &mut corners {
             *corner = *vertices.get(*corner as usize).ok_or_else(|| {
                 let message = format!(
@@ -160,7 +161,8 @@ impl<'a> Assembly<'a> {
         transform: DMat4,
         welding: &mut Welding,
     ) -> Result<Vec<u32>> {
-        let positions = self.buffers.positions(self.source, self.document, accessor)?;
+        let positions =
+            self.buffers.positions(self.source, self.document, accessor, self.room / 4)?;
         self.take_room(positions.len())?;
         let place = |(i, p)| {
             let position = transform.transform_point3(p);

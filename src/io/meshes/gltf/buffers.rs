@@ -8,11 +8,11 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 
-use super::document::{Accessor, Document};
+use super::document::{Accessor, Document, Sparse};
 use super::{broken, item};
-use crate::Result;
 use crate::io::bytes::field;
 use crate::io::meshes::source::Source;
+use crate::{Error, Result};
 
 /// Holds the bytes of all buffers, each file once.
 pub(super) struct Buffers<'a> {
@@ -66,97 +66,124 @@ impl<'a> Buffers<'a> {
         }
     }
 
-    /// Returns the items of an accessor: as many bytes apart, each of `components` numbers.
-    fn items<'s>(
-        &'s self,
-        source: &Source,
-        document: &'s Document,
-        index: usize,
-        components: usize,
-    ) -> Result<Items<'s>> {
-        let accessor = item(source, &document.accessors, index, "accessor")?;
-        let wrong = |what: &str| broken(source, format!("accessor {index} {what}"));
-        let width = width(accessor.component_type)
-            .ok_or_else(|| wrong("has numbers of an unknown type"))?;
-        if accessor.sparse.is_some() || accessor.buffer_view.is_none() {
-            let message = format!("accessor {index} is sparse or without data");
-            return Err(source.fault(message, "export the mesh with whole buffers"));
-        }
-        let view =
-            item(source, &document.buffer_views, accessor.buffer_view.unwrap_or(0), "buffer view")?;
-        item(source, &document.buffers, view.buffer, "buffer")?;
-        let size = width * components;
-        let stride = view.byte_stride.unwrap_or(size);
-        let needed = accessor
-            .count
-            .checked_sub(1)
-            .map_or(Some(0), |n| n.checked_mul(stride)?.checked_add(size));
-        let end = view.byte_offset.checked_add(view.byte_length);
-        let bytes = end.and_then(|end| self.bytes(view.buffer).get(view.byte_offset..end));
-        let bytes = bytes
-            .and_then(|b| b.get(accessor.byte_offset..))
-            .zip(needed)
-            .and_then(|(b, n)| b.get(..n));
-        match bytes {
-            Some(bytes) if stride >= size => Ok(Items { bytes, stride, width, accessor }),
-            Some(_) => Err(wrong("has items that overlap")),
-            None => Err(wrong(&format!("has {} items, more than its buffer", accessor.count))),
-        }
-    }
-
-    /// Reads positions: three f32 each, or quantised.
+    /// Reads positions: three f32 each, or quantised. `most` bounds those without a buffer.
     pub(super) fn positions(
         &self,
         source: &Source,
         document: &Document,
         index: usize,
+        most: u64,
     ) -> Result<Vec<DVec3>> {
-        let items = self.items(source, document, index, 3)?;
-        if items.accessor.kind != "VEC3" {
-            return Err(broken(
-                source,
-                format!("accessor {index} of positions is {}", items.accessor.kind),
-            ));
+        let accessor = item(source, &document.accessors, index, "accessor")?;
+        if accessor.kind != "VEC3" {
+            let message = format!("accessor {index} of positions is {}", accessor.kind);
+            return Err(broken(source, message));
         }
-        let number = |b: &[u8]| real(items.accessor, b);
+        let reader = Accessed { buffers: self, source, document, index, accessor };
         let position = |b: &[u8]| {
-            let [x, y, z] = [0, 1, 2].map(|i| number(&b[i * items.width..(i + 1) * items.width]));
+            let [x, y, z] = [0, 1, 2].map(|i| real(accessor, &b[i * b.len() / 3..]));
             DVec3::new(x, y, z)
         };
-        Ok(items.iter().map(position).collect())
+        reader.values(3, most, position)
     }
 
-    /// Reads the numbers of vertices.
+    /// Reads the numbers of vertices. `most` bounds those without a buffer.
     pub(super) fn indices(
         &self,
         source: &Source,
         document: &Document,
         index: usize,
+        most: u64,
     ) -> Result<Vec<u32>> {
-        let items = self.items(source, document, index, 1)?;
-        let is_whole = matches!(items.accessor.component_type, U8 | U16 | U32);
-        if items.accessor.kind != "SCALAR" || !is_whole {
-            return Err(broken(
-                source,
-                format!("accessor {index} of indices holds no whole numbers"),
-            ));
+        let accessor = item(source, &document.accessors, index, "accessor")?;
+        if accessor.kind != "SCALAR" || !is_whole(accessor.component_type) {
+            let message = format!("accessor {index} of indices holds no whole numbers");
+            return Err(broken(source, message));
         }
-        let whole = |b: &[u8]| b.iter().rev().fold(0_u32, |n, &byte| n << 8 | u32::from(byte));
-        Ok(items.iter().map(whole).collect())
+        let reader = Accessed { buffers: self, source, document, index, accessor };
+        reader.values(1, most, whole)
     }
 }
 
-struct Items<'a> {
-    bytes: &'a [u8],
-    stride: usize,
-    /// The bytes of one number.
-    width: usize,
-    accessor: &'a Accessor,
+/// An accessor that is being read.
+struct Accessed<'s> {
+    buffers: &'s Buffers<'s>,
+    source: &'s Source<'s>,
+    document: &'s Document<'s>,
+    index: usize,
+    accessor: &'s Accessor,
 }
 
-impl<'a> Items<'a> {
-    fn iter(&self) -> impl Iterator<Item = &'a [u8]> {
-        self.bytes.chunks(self.stride)
+impl<'s> Accessed<'s> {
+    fn broken(&self, what: &str) -> Error {
+        broken(self.source, format!("accessor {} {what}", self.index))
+    }
+
+    /// Reads all values, each of so many numbers: those of its buffer, zeros where there is none,
+    /// and in the place of some those of its sparse part.
+    fn values<T: Clone + Default>(
+        &self,
+        components: usize,
+        most: u64,
+        decode: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>> {
+        let accessor = self.accessor;
+        let size = components * self.width(accessor.component_type)?;
+        let mut values = match accessor.buffer_view {
+            Some(view) => {
+                let items = self.items(view, accessor.byte_offset, accessor.count, size)?;
+                items.map(&decode).collect()
+            }
+            None if accessor.sparse.is_none() => return Err(self.broken("has no data")),
+            None if accessor.count as u64 > most => {
+                return Err(self.broken(&format!(
+                    "has {} items without a buffer, more than are read of such a file",
+                    accessor.count
+                )));
+            }
+            None => vec![T::default(); accessor.count],
+        };
+        let Some(Sparse { count, indices, values: others }) = &accessor.sparse else {
+            return Ok(values);
+        };
+        let kind = indices.component_type.filter(|&kind| is_whole(kind));
+        let kind = kind.ok_or_else(|| self.broken("has sparse indices that are none"))?;
+        let width = self.width(kind)?;
+        let places = self.items(indices.buffer_view, indices.byte_offset, *count, width)?;
+        let others = self.items(others.buffer_view, others.byte_offset, *count, size)?;
+        for (place, other) in places.map(whole).zip(others) {
+            let place = values.get_mut(place as usize);
+            *place.ok_or_else(|| self.broken("has a sparse index beyond its items"))? =
+                decode(other);
+        }
+        Ok(values)
+    }
+
+    fn width(&self, kind: u32) -> Result<usize> {
+        width(kind).ok_or_else(|| self.broken("has numbers of an unknown type"))
+    }
+
+    /// Returns items of `size` bytes in a buffer view.
+    fn items(
+        &self,
+        view: usize,
+        offset: usize,
+        count: usize,
+        size: usize,
+    ) -> Result<impl Iterator<Item = &'s [u8]>> {
+        let view = item(self.source, &self.document.buffer_views, view, "buffer view")?;
+        item(self.source, &self.document.buffers, view.buffer, "buffer")?;
+        let stride = view.byte_stride.unwrap_or(size);
+        let needed =
+            count.checked_sub(1).map_or(Some(0), |n| n.checked_mul(stride)?.checked_add(size));
+        let end = view.byte_offset.checked_add(view.byte_length);
+        let bytes = end.and_then(|end| self.buffers.bytes(view.buffer).get(view.byte_offset..end));
+        let bytes = bytes.and_then(|b| b.get(offset..)).zip(needed).and_then(|(b, n)| b.get(..n));
+        match bytes {
+            Some(bytes) if stride >= size => Ok(bytes.chunks(stride).map(move |b| &b[..size])),
+            Some(_) => Err(self.broken("has items that overlap")),
+            None => Err(self.broken(&format!("has {count} items, more than its buffer"))),
+        }
     }
 }
 
@@ -174,6 +201,14 @@ fn width(component: u32) -> Option<usize> {
         U32 | F32 => Some(4),
         _ => None,
     }
+}
+
+fn is_whole(component: u32) -> bool {
+    matches!(component, U8 | U16 | U32)
+}
+
+fn whole(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |n, &byte| n << 8 | u32::from(byte))
 }
 
 /// Reads one number; integers of normalised accessors reach from 0 or -1 to 1.

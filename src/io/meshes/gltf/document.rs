@@ -42,6 +42,7 @@ pub(super) struct Scene {
 #[derive(Deserialize)]
 pub(super) struct Node {
     pub(super) mesh: Option<usize>,
+    pub(super) skin: Option<IgnoredAny>,
     #[serde(default)]
     pub(super) children: Vec<usize>,
     /// Column by column.
@@ -98,7 +99,25 @@ pub(super) struct Accessor {
     pub(super) count: usize,
     #[serde(rename = "type")]
     pub(super) kind: String,
-    pub(super) sparse: Option<IgnoredAny>,
+    pub(super) sparse: Option<Sparse>,
+}
+
+/// Items that stand in the place of others.
+#[derive(Deserialize)]
+pub(super) struct Sparse {
+    pub(super) count: usize,
+    pub(super) indices: SparsePart,
+    pub(super) values: SparsePart,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparsePart {
+    pub(super) buffer_view: usize,
+    #[serde(default)]
+    pub(super) byte_offset: usize,
+    /// Of indices alone.
+    pub(super) component_type: Option<u32>,
 }
 
 #[derive(Deserialize)]

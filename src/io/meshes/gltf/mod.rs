@@ -4,7 +4,8 @@
 //! All nodes of the scene are placed by their transforms, coordinates stay in the file's own axes
 //! (y up). A vertex of glTF is a position with a normal, a colour and so on: where those differ the
 //! format repeats the position. Positions of one node that are equal to the last bit are therefore
-//! one vertex here. Points, lines, skins and morph targets are passed over.
+//! one vertex here. Points, lines and morph targets are passed over, and skins, but that the
+//! transform of a node with a skin places nothing, as the specification says.
 //!
 //! (Crate gltf 1 adds offsets and lengths of the file without a check and subtracts one from counts
 //! of zero: it panics. It knows neither quantised positions nor where in the text a fault is. What
@@ -16,9 +17,9 @@ mod document;
 
 use std::borrow::Cow;
 
-use super::source::Source;
+use super::source::{Source, unmarked};
 use crate::error::InputError;
-use crate::io::bytes::number_at;
+use crate::io::bytes::{Cursor, number_at};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 use assembly::Assembly;
@@ -35,10 +36,10 @@ pub(super) fn is_binary(head: &[u8]) -> bool {
     head.starts_with(MAGIC)
 }
 
-/// Whether a file begins as the text form does, which JSON of all kinds does.
+/// Whether a file begins as the text form does, which JSON of all kinds does: an object of names.
 pub(super) fn is_text(head: &[u8]) -> bool {
-    let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
-    head.trim_ascii_start().starts_with(b"{")
+    let names = unmarked(head).trim_ascii_start().strip_prefix(b"{");
+    names.is_some_and(|names| matches!(names.trim_ascii_start().first(), None | Some(b'"' | b'}')))
 }
 
 /// Reads the content of a glTF file; its buffers are looked for beside it.
@@ -50,7 +51,7 @@ pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
     check_version(source, &document)?;
     let buffers = Buffers::load(source, &document, parts.binary)?;
     let room = bytes.len() as u64 + buffers.outside();
-    Assembly::of(source, &document, &buffers, room)
+    Assembly::of(source, &document, &buffers, room)?.finish(source)
 }
 
 /// The two parts of a binary file, or a text alone.
@@ -62,8 +63,7 @@ struct Container<'a> {
 
 impl<'a> Container<'a> {
     fn text(bytes: &'a [u8]) -> Self {
-        let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        Self { json, binary: None, is_text: true }
+        Self { json: unmarked(bytes), binary: None, is_text: true }
     }
 
     fn of(source: &Source, bytes: &'a [u8]) -> Result<Self> {
@@ -82,21 +82,26 @@ impl<'a> Container<'a> {
                 bytes.len()
             ))
         })?;
-        let (json, next) =
-            chunk(whole, 12, JSON).ok_or_else(|| broken("without a whole chunk of JSON"))?;
-        let binary = chunk(whole, next, BINARY).map(|(binary, _)| binary);
-        if binary.is_none() && next < whole.len() {
-            return Err(broken("with a second chunk that is not whole"));
+        let mut rest = Cursor(whole.get(12..).unwrap_or_default());
+        let json = chunk(&mut rest).filter(|(kind, _)| *kind == JSON);
+        let (_, json) = json.ok_or_else(|| broken("without a whole chunk of JSON"))?;
+        let mut binary = None;
+        while !rest.0.is_empty() {
+            let (kind, content) =
+                chunk(&mut rest).ok_or_else(|| broken("with a chunk that is not whole"))?;
+            // Those of other kinds are of extensions.
+            if kind == BINARY {
+                binary = binary.or(Some(content));
+            }
         }
         Ok(Self { json, binary, is_text: false })
     }
 }
 
-/// Returns the content of a chunk, and where the next one begins.
-fn chunk<'a>(bytes: &'a [u8], at: usize, kind: &[u8]) -> Option<(&'a [u8], usize)> {
-    let length = number_at::<u32>(bytes, at)? as usize;
-    let content = bytes.get(at + 8..)?.get(..length)?;
-    (bytes[at + 4..at + 8] == *kind).then_some((content, at + 8 + length))
+/// Takes a chunk: its type and its content.
+fn chunk<'a>(rest: &mut Cursor<'a>) -> Option<(&'a [u8], &'a [u8])> {
+    let length = rest.number::<u32>()?;
+    Some((rest.take(4)?, rest.take(length as usize)?))
 }
 
 fn read_document<'a>(source: &Source, parts: &Container<'a>) -> Result<Document<'a>> {

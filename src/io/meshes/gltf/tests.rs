@@ -115,7 +115,8 @@ fn fans_triangles_and_quantised_positions_are_read() {
     let bytes = [0, 0, 0, 9, 255, 0, 0, 9, 255, 255, 0, 9, 0, 255, 0, 0, 1, 2, 3];
     document["buffers"] = json!([{ "byteLength": bytes.len() }]);
     document["bufferViews"] = json!([
-        { "buffer": 0, "byteLength": 15, "byteStride": 4 }, { "buffer": 0, "byteOffset": 15, "byteLength": 4 }
+        { "buffer": 0, "byteLength": 15, "byteStride": 4 },
+        { "buffer": 0, "byteOffset": 15, "byteLength": 4 }
     ]);
     document["accessors"] = json!([
         { "bufferView": 0, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC3" },
@@ -132,6 +133,112 @@ fn fans_triangles_and_quantised_positions_are_read() {
     // The list repeats the first triangle of the fan at the same vertices.
     assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
     assert_eq!((mesh.positions().len(), mesh.positions()[2]), (4, DVec3::new(6.0, 1.0, 0.0)));
+}
+
+/// The cube, its accessors changed by sparse ones: 5 and 6 of indices u8, 1 of positions f32.
+fn sparse(accessor: usize, indices: &Value, values: &Value) -> Value {
+    let mut document = cube();
+    let more = [&[7, 0, 3, 0][..], &[0; 24], &[5, 6, 0, 7, 0, 1, 0, 2, 0, 0]].concat();
+    let bytes = [buffer(), more].concat();
+    let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&bytes));
+    document["buffers"] = json!([{ "uri": uri, "byteLength": bytes.len() }]);
+    let views = document["bufferViews"].as_array_mut().expect("a list");
+    views.push(json!({ "buffer": 0, "byteOffset": 124, "byteLength": 4 }));
+    views.push(json!({ "buffer": 0, "byteOffset": 128, "byteLength": 24 }));
+    views.push(json!({ "buffer": 0, "byteOffset": 152, "byteLength": 10 }));
+    document["accessors"][accessor]["sparse"] =
+        json!({ "count": 2, "indices": indices, "values": values });
+    document
+}
+
+#[test]
+fn items_are_replaced_by_those_of_a_sparse_part() {
+    let indices = json!({ "bufferView": 2, "componentType": 5123 });
+    let values = json!({ "bufferView": 3 });
+    let read = |document: &Value| read(document.to_string().as_bytes());
+    let mesh = read(&sparse(0, &indices, &values)).expect("readable");
+    // Corners 7 and 3 of the cube are moved to corner 0, and so are one with it.
+    assert_eq!(mesh.positions().len(), 6);
+    // In the strip, items 5 and 6, which are 1 and 3, become 7 and 1.
+    let indices = json!({ "bufferView": 4, "componentType": 5121 });
+    let values = json!({ "bufferView": 4, "byteOffset": 3 });
+    let mut document = sparse(1, &indices, &values);
+    document["meshes"][0]["primitives"][0]["mode"] = json!(6);
+    let fan = read(&document).expect("readable");
+    document["accessors"][1]["sparse"] = Value::Null;
+    let plain = read(&document).expect("readable");
+    let changed: Vec<usize> =
+        (0..12).filter(|&i| fan.triangles()[i] != plain.triangles()[i]).collect();
+    assert_eq!(changed, [3, 4, 5]);
+    // Without a buffer of its own all the others are zero.
+    let indices = json!({ "bufferView": 2, "componentType": 5123 });
+    let mut bare = sparse(0, &indices, &json!({ "bufferView": 0, "byteOffset": 12 }));
+    bare["accessors"][0]["bufferView"] = Value::Null;
+    assert_eq!(read(&bare).expect("readable").positions().len(), 3);
+    for (path, value, message) in [
+        ("count", json!(3), "accessor 0 has 3 items, more than its buffer"),
+        ("indices/componentType", json!(5126), "accessor 0 has sparse indices that are none"),
+        ("indices/componentType", json!(5125), "accessor 0 has 2 items, more than its buffer"),
+        ("indices/bufferView", json!(9), "buffer view 9 is not there"),
+        ("indices/bufferView", json!(4), "accessor 0 has a sparse index beyond its items"),
+        ("values/byteOffset", json!(usize::MAX), "accessor 0 has 2 items, more than its buffer"),
+    ] {
+        let mut document = bare.clone();
+        *document.pointer_mut(&format!("/accessors/0/sparse/{path}")).expect("there") =
+            value.clone();
+        let error = read(&document).unwrap_err().to_string();
+        assert!(error.contains(message), "{path} {value}: {error}");
+    }
+    bare["accessors"][0]["count"] = json!(usize::MAX);
+    let error = read(&bare).unwrap_err().to_string();
+    assert!(error.contains("items without a buffer, more than are read"), "{error}");
+}
+
+#[test]
+fn chunks_of_unknown_kinds_are_passed_over() {
+    let embedded = read(cube().to_string().as_bytes()).expect("embedded");
+    let chunk = |kind: &[u8], content: &[u8]| {
+        [&(content.len() as u32).to_le_bytes()[..], kind, content].concat()
+    };
+    let file = |chunks: &[Vec<u8>]| {
+        let length = 12 + chunks.iter().map(Vec::len).sum::<usize>() as u32;
+        [MAGIC, &2_u32.to_le_bytes(), &length.to_le_bytes(), &chunks.concat()].concat()
+    };
+    let mut document = cube();
+    let whole = chunk(JSON, document.to_string().as_bytes());
+    document["buffers"] = json!([{ "byteLength": 124 }]);
+    let json = chunk(JSON, document.to_string().as_bytes());
+    let (binary, other) = (chunk(BINARY, &buffer()), chunk(b"XTRA", &[1, 2, 3, 4]));
+    for chunks in [
+        vec![whole.clone()],
+        vec![whole, other.clone()],
+        vec![json.clone(), binary.clone(), other.clone()],
+        vec![json.clone(), other.clone(), chunk(b"NONE", &[]), binary],
+    ] {
+        assert_eq!(read(&file(&chunks)).expect("readable"), embedded);
+    }
+    for chunks in
+        [vec![json.clone(), other.clone()], vec![other, json.clone()], vec![json, vec![9]]]
+    {
+        assert!(read(&file(&chunks)).is_err());
+    }
+}
+
+#[test]
+fn transform_of_a_node_with_a_skin_places_nothing() {
+    let mut document = cube();
+    document["nodes"][0]["skin"] = json!(0);
+    document["skins"] = json!([{ "joints": [2] }]);
+    document["nodes"][0]["children"] = json!([1]);
+    let mesh = read(document.to_string().as_bytes()).expect("readable");
+    assert_eq!(mesh.positions()[..8], read_at_rest()[..]);
+    // Its child is moved still.
+    assert!((mesh.volume() - 3.0).abs() <= 1e-14 && mesh.positions().len() == 16);
+}
+
+/// The corners of the cube in the order of its strip's accessor.
+fn read_at_rest() -> Vec<DVec3> {
+    (0..8).map(|i: u8| DVec3::from_array([i & 1, i >> 1 & 1, i >> 2].map(f64::from))).collect()
 }
 
 #[test]
@@ -165,9 +272,9 @@ fn documents_that_contradict_themselves_are_refused() {
         ("/accessors/0/byteOffset", json!(overflow), "items, more than its buffer"),
         ("/accessors/0/type", json!("VEC2"), "accessor 0 of positions is VEC2"),
         ("/accessors/0/componentType", json!(5130), "accessor 0 has numbers of an unknown type"),
-        ("/accessors/0/sparse", json!({ "count": 1 }), "accessor 0 is sparse"),
+        ("/accessors/0/sparse", json!({ "count": 1 }), "missing field `indices`"),
         ("/accessors/0/bufferView", json!(3), "buffer view 3 is not there"),
-        ("/accessors/0/bufferView", Value::Null, "without data"),
+        ("/accessors/0/bufferView", Value::Null, "accessor 0 has no data"),
         ("/accessors/1/count", json!(13), ""),
         ("/bufferViews/0/byteOffset", json!(overflow), "items, more than its buffer"),
         ("/bufferViews/0/byteStride", json!(4), "accessor 0 has items that overlap"),

@@ -62,6 +62,7 @@ impl Header {
             let help = "a PLY file begins with the line `ply`; check that this is the right file";
             return Err(source.fault("this is no PLY file", help));
         }
+        source.settle_line_ends();
         let mut encoding = None;
         let mut elements = Vec::new();
         while source.next_line()? {

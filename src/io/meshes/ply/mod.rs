@@ -1,5 +1,5 @@
 //! Stanford PLY, as text and as binary of either byte order: the vertices' x, y, z and the faces,
-//! whatever else the file holds.
+//! whatever else the file holds, and whatever follows it.
 //!
 //! The header says what each row of each element holds; rows are read one by one, so that nothing
 //! but the mesh is held. Counts are believed only as far as the file is long enough for them.
@@ -10,18 +10,24 @@ pub(super) mod writer;
 
 use glam::DVec3;
 
-use super::parts::{Fan, Parts, thin_face, too_many};
-use super::source::{Source, not_finite};
+use super::parts::{CUT, Parts, thin_face, too_many};
+use super::source::{Source, not_finite, unmarked};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 use header::{Element, Encoding, Header, Shape};
 use rows::Rows;
 
+/// Whether a file begins as PLY does.
+pub(super) fn is_ply(head: &[u8]) -> bool {
+    let rest = unmarked(head).strip_prefix(b"ply");
+    rest.is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace))
+}
+
 /// Reads the content of a PLY file.
 ///
 /// # Errors
-/// [`Error::Input`] when the header cannot be used, the file is shorter or longer than its header
-/// says, or a vertex or face is none.
+/// [`Error::Input`] when the header cannot be used, the file is shorter than its header says, or a
+/// vertex or face is none.
 pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
     let header = Header::read(source)?;
     let places = Places::of(source, &header)?;
@@ -31,13 +37,16 @@ pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
         let mut rows = Rows::new(source, header.encoding, element);
         match element.name.as_str() {
             "vertex" => read_vertices(&mut rows, places.coordinates, &mut parts)?,
-            "face" => read_faces(&mut rows, places.corners, places.vertices, &mut parts)?,
+            "face" => read_faces(&mut rows, &places, &mut parts)?,
+            STRIPS => read_strips(&mut rows, &places, &mut parts)?,
             _ => rows.pass_over()?,
         }
     }
-    check_end(source, header.encoding)?;
     parts.finish(source)
 }
+
+/// The element whose rows are strips of triangles.
+const STRIPS: &str = "tristrips";
 
 /// Where in the rows the things stand that make a mesh.
 struct Places {
@@ -45,19 +54,24 @@ struct Places {
     /// Of x, y and z in a vertex.
     coordinates: [usize; 3],
     /// Of the list of vertices in a face.
-    corners: usize,
+    corners: Option<usize>,
+    /// Of the list of vertices in a row of strips.
+    strips: Option<usize>,
 }
 
 impl Places {
     fn of(source: &Source, header: &Header) -> Result<Self> {
-        let element = |name: &str| {
-            header.elements.iter().find(|e| e.name == name).ok_or_else(|| {
-                let help = "a mesh needs both, as in `element vertex 8` and `element face 12`; \
-                            export it with its faces";
-                source.fault(format!("the header has no element {name}"), help)
-            })
+        let element = |name: &str| header.elements.iter().find(|e| e.name == name);
+        let missing = |name: &str| {
+            let help = "a mesh needs both, as in `element vertex 8` and `element face 12`; export \
+                        it with its faces";
+            source.fault(format!("the header has no element {name}"), help)
         };
-        let (vertices, faces) = (element("vertex")?, element("face")?);
+        let vertices = element("vertex").ok_or_else(|| missing("vertex"))?;
+        let (faces, strips) = (element("face"), element(STRIPS));
+        if faces.or(strips).is_none() {
+            return Err(missing("face"));
+        }
         let coordinate = |name: &str| {
             let found = vertices.properties.iter().position(|p| p.name == name && p.is_scalar());
             found.ok_or_else(|| {
@@ -65,13 +79,18 @@ impl Places {
                 source.fault_at(vertices.line, format!("vertices have no property {name}"), help)
             })
         };
-        let corners = faces.properties.iter().position(|p| {
-            ["vertex_indices", "vertex_index"].contains(&p.name.as_str()) && p.is_list_of_whole()
-        });
-        let corners = corners.ok_or_else(|| {
-            let help = "declare it, as in `property list uchar int vertex_indices`";
-            source.fault_at(faces.line, "faces have no list of vertices", help)
-        })?;
+        let list = |element: &Element| {
+            let found = element.properties.iter().position(|p| {
+                ["vertex_indices", "vertex_index"].contains(&p.name.as_str())
+                    && p.is_list_of_whole()
+            });
+            found.ok_or_else(|| {
+                let help = "declare it, as in `property list uchar int vertex_indices`";
+                let message = format!("{} have no list of vertices", element.plural());
+                source.fault_at(element.line, message, help)
+            })
+        };
+        let (corners, strips) = (faces.map(list).transpose()?, strips.map(list).transpose()?);
         if vertices.count > super::parts::MOST_VERTICES {
             return Err(source.fault_at(
                 vertices.line,
@@ -80,7 +99,7 @@ impl Places {
             ));
         }
         let coordinates = [coordinate("x")?, coordinate("y")?, coordinate("z")?];
-        Ok(Self { vertices: vertices.count, coordinates, corners })
+        Ok(Self { vertices: vertices.count, coordinates, corners, strips })
     }
 }
 
@@ -130,15 +149,57 @@ fn read_vertices(rows: &mut Rows, places: [usize; 3], parts: &mut Parts) -> Resu
     Ok(())
 }
 
-fn read_faces(rows: &mut Rows, place: usize, vertices: u64, parts: &mut Parts) -> Result<()> {
+fn read_faces(rows: &mut Rows, places: &Places, parts: &mut Parts) -> Result<()> {
     let least = rows.element().least_bytes(rows.encoding()).max(1);
     parts.triangles.reserve_exact(rows.count().min(rows.source().left() / least) as usize);
+    let mut corners = Vec::new();
+    for_each_list(rows, places.corners, |rows, property| {
+        corners.clear();
+        rows.list(property, |place, value| {
+            corners.push(vertex_of(&place, value, places.vertices)?);
+            Ok(())
+        })?;
+        if corners.len() < 2 {
+            let help = "give a face at least three vertices";
+            return Err(rows.fault(thin_face(corners.len() as u64), help));
+        }
+        parts.polygon(&corners).map_err(|e| rows.fault(e.to_string(), CUT))
+    })
+}
+
+/// Reads strips, one behind the other in a row, each ended by -1: every corner from the third makes
+/// a triangle with the two before it, every other one turned.
+fn read_strips(rows: &mut Rows, places: &Places, parts: &mut Parts) -> Result<()> {
+    for_each_list(rows, places.strips, |rows, property| {
+        let (mut last, mut count) = ([0; 2], 0_u64);
+        rows.list(property, |place, value| {
+            if value.as_whole() == Some(-1) {
+                count = 0;
+                return Ok(());
+            }
+            let ([a, b], c) = (last, vertex_of(&place, value, places.vertices)?);
+            // Those that name a vertex twice only lead from one part of a strip to the next.
+            if count >= 2 && a != b && b != c && c != a {
+                parts.triangles.push(if count.is_multiple_of(2) { [a, b, c] } else { [b, a, c] });
+            }
+            (last, count) = ([b, c], count + 1);
+            Ok(())
+        })
+    })
+}
+
+/// Goes through the rows of an element and has one of its lists read, all else passed over.
+fn for_each_list(
+    rows: &mut Rows,
+    place: Option<usize>,
+    mut read: impl FnMut(&mut Rows, usize) -> Result<()>,
+) -> Result<()> {
     while rows.next_row()? {
         for property in 0..rows.properties() {
             if let Shape::Scalar(_) = rows.shape(property) {
                 rows.scalar(property)?;
-            } else if property == place {
-                read_corners(rows, property, vertices, parts)?;
+            } else if Some(property) == place {
+                read(rows, property)?;
             } else {
                 rows.list(property, |_, _| Ok(()))?;
             }
@@ -148,18 +209,9 @@ fn read_faces(rows: &mut Rows, place: usize, vertices: u64, parts: &mut Parts) -
     Ok(())
 }
 
-fn read_corners(rows: &mut Rows, property: usize, vertices: u64, parts: &mut Parts) -> Result<()> {
-    let mut fan = Fan::default();
-    rows.list(property, |place, value| {
-        let vertex = value.as_whole().filter(|&v| v >= 0 && (v as u64) < vertices);
-        let vertex = vertex.ok_or_else(|| stray(&place, &value.to_string(), vertices))?;
-        fan.corner(vertex as u32, &mut parts.triangles);
-        Ok(())
-    })?;
-    if fan.corners() < 3 {
-        return Err(rows.fault(thin_face(fan.corners()), "give a face at least three vertices"));
-    }
-    Ok(())
+fn vertex_of(place: &rows::Place, value: rows::Value, vertices: u64) -> Result<u32> {
+    let vertex = value.as_whole().filter(|&v| v >= 0 && (v as u64) < vertices);
+    vertex.map(|v| v as u32).ok_or_else(|| stray(place, &value.to_string(), vertices))
 }
 
 fn stray(place: &rows::Place, found: &str, vertices: u64) -> Error {
@@ -170,26 +222,12 @@ fn stray(place: &rows::Place, found: &str, vertices: u64) -> Error {
     )
 }
 
-/// Rejects what follows the last row: the header is wrong about the counts.
-fn check_end(source: &mut Source, encoding: Encoding) -> Result<()> {
-    let help = "a count in the header is too small; export the file again";
-    if encoding == Encoding::Text {
-        if source.next_telling_line()? {
-            let message = "this follows the last row that the header announces";
-            return Err(source.fault_here(message, help));
-        }
-        return Ok(());
-    }
-    let left = source.left();
-    // A last line end is what some programs write behind the bytes.
-    if left > 2 || !source.ahead()?.iter().all(u8::is_ascii_whitespace) {
-        let message = format!("{left} bytes follow the last row that the header announces");
-        return Err(source.fault(message, help));
-    }
-    Ok(())
-}
-
 impl Element {
+    /// Returns what its rows are called.
+    fn plural(&self) -> &'static str {
+        if self.name == STRIPS { STRIPS } else { "faces" }
+    }
+
     /// Returns the bytes that a row takes at least.
     fn least_bytes(&self, encoding: Encoding) -> u64 {
         let properties = self.properties.iter();

@@ -188,9 +188,13 @@ pub(super) const BAD_VALUES: &[Damage] = &[
         "24:27: `relative_error` in [render.stop] must be between 0 and 1, found 1\n  help: write \
          0.01 for one per cent"),
     ("{ relative_error = 0.01, time = \"10m\" }", "\"10m\"",
-        "24:8: `stop` in [render] must be a table such as { relative_error = 0.01, time = \"10m\" }, found the string \"10m\"\n  help: write it like `stop = { relative_error = 0.01, time = \"10m\" }`"),
+        "24:8: `stop` in [render] must be a table such as { relative_error = 0.01, time = \"10m\" \
+         }, found the string \"10m\"\n  help: write it like `stop = { relative_error = 0.01, time \
+         = \"10m\" }`"),
     ("{ relative_error = 0.01, time = \"10m\" }", "[0.01, \"10m\", 5]",
-        "24:8: `stop` in [render] must be a table such as { relative_error = 0.01, time = \"10m\" }, found an array\n  help: write it like `stop = { relative_error = 0.01, time = \"10m\" }`"),
+        "24:8: `stop` in [render] must be a table such as { relative_error = 0.01, time = \"10m\" \
+         }, found an array\n  help: write it like `stop = { relative_error = 0.01, time = \"10m\" \
+         }`"),
     ("[render]", "[render]\ndetail = 0.25",
         "23:10: `detail` in [render] must be a table such as { pixels = 0.25 }, found the number \
          0.25\n  help: write it like `detail = { pixels = 0.25 }`"),
@@ -231,11 +235,14 @@ pub(super) const BAD_RELATIONS: &[Damage] = &[
         "7:16: `mixed` is mixed of itself\n  help: name the materials it is mixed of, each with \
          its share of the whole"),
     ("[objects.room", "[materials.mixed.mixture]\nof = {}\n[objects.room",
-        "7:6: a mixture needs two materials or more, found none\n  help: write them like `of = { silver = 0.85, dust = 0.15 }`"),
-    ("[objects.room", "[materials.mixed.mixture]\nof = { walls = 1.5, floor = -0.5 }\n[objects.room",
+        "7:6: a mixture needs two materials or more, found none\n  help: write them like `of = { \
+         silver = 0.85, dust = 0.15 }`"),
+    ("[objects.room", "[materials.mixed.mixture]\nof = { walls = 1.5, floor = -0.5 }\n\
+                       [objects.room",
         "7:29: `floor` in [materials.mixed.mixture.of] must be above 0 and at most 1, found \
          -0.5\n  help: it is a share of the area: write 0.25 for a quarter"),
-    ("[objects.room", "[materials.a.mixture]\nof = { walls = 0.5, b = 0.5 }\n[materials.b.mixture]\nof = { walls = 0.5, floor = 0.5 }\n[objects.room",
+    ("[objects.room", "[materials.a.mixture]\nof = { walls = 0.5, b = 0.5 }\n\
+                       [materials.b.mixture]\nof = { walls = 0.5, floor = 0.5 }\n[objects.room",
         "7:25: `b` is a mixture itself\n  help: name the materials it is mixed of, each with its \
          share of the whole"),
     ("estimator = \"path\"", "camera = \"mian\"",
@@ -309,7 +316,8 @@ pub(super) const BAD_RELATIONS: &[Damage] = &[
     ("[render]", "[require]\ndesc = { mean_min = 1 }\n[render]",
         "23:8: unknown group of sensors `desc`\n  help: did you mean `desk`?"),
     ("[render]", "[require]\ndesk = {}\n[render]",
-        "23:8: `desk` in [require] requires nothing\n  help: write it like `desk = { mean_min = 500 }`"),
+        "23:8: `desk` in [require] requires nothing\n  help: write it like `desk = { mean_min = \
+         500 }`"),
     ("[render]", "[require]\ndesk = { uniformity_min = 2 }\n[render]",
         "23:27: `uniformity_min` in [require.desk] must be from 0 to 1, found 2"),
     ("[render]", "[compare]\ndesk = \"sobolew\"\n[render]",
@@ -380,7 +388,9 @@ pub(super) const BAD_SHAPES: &[Damage] = &[
         "34:10: missing key `degrees` in [objects.\"the head\".sh.rotate]\n  help: add `degrees = \
          25`"),
     ("{ axis = [0, 0, 5], degrees = 90 }", "90",
-        "34:10: `rotate` in [objects.\"the head\".sh] must be a table such as { axis = [0, 0, 1], degrees = 25 }, found the number 90\n  help: write it like `rotate = { axis = [0, 0, 1], degrees = 25 }`"),
+        "34:10: `rotate` in [objects.\"the head\".sh] must be a table such as { axis = [0, 0, 1], \
+         degrees = 25 }, found the number 90\n  help: write it like `rotate = { axis = [0, 0, 1], \
+         degrees = 25 }`"),
     ("on = \"table\"", "on = \"ball\"",
         "37:6: a grid cannot lie on `ball`, which is of type `sphere`\n  help: name a face of a \
          box or a rectangle, or write `height` instead of `on`"),

@@ -458,11 +458,19 @@ fn snippet() -> impl Strategy<Value = &'static str> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 4000, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 4000,
+        failure_persistence: None,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(1),
+        ..ProptestConfig::default()
+    })]
 
     #[test]
     fn damaged_text_never_panics_and_errors_have_a_place(
-        damages in prop::collection::vec((any::<prop::sample::Index>(), 0_usize..12, snippet()), 1..5),
+        damages in prop::collection::vec(
+            (any::<prop::sample::Index>(), 0_usize..12, snippet()),
+            1..5,
+        ),
         which in 0_usize..3,
     ) {
         let text = mutated([ROOM, SHAPES, HEAD_ROOM][which], &damages);
@@ -480,15 +488,24 @@ proptest! {
 
     #[test]
     fn damaged_overrides_never_panic_and_name_themselves(
-        damages in prop::collection::vec((any::<prop::sample::Index>(), 0_usize..8, snippet()), 0..3),
+        damages in prop::collection::vec(
+            (any::<prop::sample::Index>(), 0_usize..8, snippet()),
+            0..3,
+        ),
         which in 0_usize..4,
         value in prop_oneof!["\\PC{0,12}", "[-\\[\\]{}\"'0-9a-z.,= ]{0,12}"],
     ) {
-        let keys = ["lights.lamp.point.intensity", "objects.room.box.faces.z_min", "render.stop", "sensors.desk"];
+        let keys = [
+            "lights.lamp.point.intensity",
+            "objects.room.box.faces.z_min",
+            "render.stop",
+            "sensors.desk",
+        ];
         let key = mutated(keys[which], &damages);
         if let Err(error) = parse(ROOM, &[(&key, &value)]) {
             prop_assert!(matches!(error, Error::Parameter(_) | Error::Input(_)));
-            prop_assert!(error.to_string().starts_with("-D ") || error.to_string().starts_with("dir/room.toml:"));
+            let said = error.to_string();
+            prop_assert!(said.starts_with("-D ") || said.starts_with("dir/room.toml:"));
         }
     }
 }

@@ -41,12 +41,17 @@ fn for_grazing_cosines(hit: &Hit, mut check: impl FnMut(DVec3, bool)) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, rng_seed: prop::test_runner::RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 2000,
+        rng_seed: prop::test_runner::RngSeed::Fixed(1),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     #[test]
     fn sphere_bound_holds_and_departures_are_clean(
-        centre in position(), radius in sized(-3.0, 6.0), aim in direction(), within in direction(), away in sized(-3.0, 9.0),
-        through_origin in any::<bool>()
+        centre in position(), radius in sized(-3.0, 6.0), aim in direction(),
+        within in direction(), away in sized(-3.0, 9.0), through_origin in any::<bool>()
     ) {
         // Where the point is near the origin its own rounding no longer hides that of the radius.
         let within = if aim.dot(within) > 0.0 { -within } else { within };
@@ -78,8 +83,9 @@ proptest! {
 
     #[test]
     fn flat_bounds_hold_and_departures_are_clean(
-        at in position(), normal in direction(), size in sized(-3.0, 6.0), aspect in 0.01..1.0, x in 0.0..0.7, y in 0.0..0.7,
-        aim in direction(), away in sized(-3.0, 9.0), turn in 0.0..6.0, through_origin in any::<bool>()
+        at in position(), normal in direction(), size in sized(-3.0, 6.0), aspect in 0.01..1.0,
+        x in 0.0..0.7, y in 0.0..0.7, aim in direction(), away in sized(-3.0, 9.0),
+        turn in 0.0..6.0, through_origin in any::<bool>()
     ) {
         prop_assume!(aim.dot(normal).abs() > 1e-6);
         let frame = Frame::about(normal);
@@ -95,10 +101,12 @@ proptest! {
         let truths = [flat, disc.normal().into(), plane.normal().into()];
         let surfaces: [&dyn Surface; 3] = [&rectangle, &disc, &plane];
         for (surface, truth) in surfaces.into_iter().zip(truths) {
-            let Some(hit) = surface.hit(&Ray::new(at + shift - away.abs() * aim, aim)) else { continue };
+            let ray = Ray::new(at + shift - away.abs() * aim, aim);
+            let Some(hit) = surface.hit(&ray) else { continue };
             let off = exact::from_plane(hit.point.into(), at, truth).abs();
             prop_assert!(off <= hit.error, "{off:e} > {:e}", hit.error);
-            prop_assert!(hit.error <= 8.0 * f64::EPSILON * ((hit.point - at).length() + at.length()));
+            let reach = (hit.point - at).length() + at.length();
+            prop_assert!(hit.error <= 8.0 * f64::EPSILON * reach);
             for_grazing_cosines(&hit, |direction, _| {
                 let next = surface.hit(&hit.leave(direction));
                 assert_eq!(next, None, "a flat shape is not met again");
@@ -108,8 +116,8 @@ proptest! {
 
     #[test]
     fn box_departures_are_clean(
-        at in position(), size in (sized(-3.0, 6.0), sized(-3.0, 6.0), sized(-3.0, 6.0)), within in direction(), aim in direction(),
-        away in sized(-3.0, 9.0)
+        at in position(), size in (sized(-3.0, 6.0), sized(-3.0, 6.0), sized(-3.0, 6.0)),
+        within in direction(), aim in direction(), away in sized(-3.0, 9.0)
     ) {
         let size = v(size.0, size.1, size.2).abs();
         let solid = AxisBox::new(at, at + size).expect("valid");
