@@ -63,7 +63,6 @@ fn texts() -> Vec<(Kind, String)> {
         text(Kind::Series(SeriesFormat::Dov), "0 0 1\n1 0 1\n1 1 1\n1 -1 1\n"),
         text(Kind::Series(SeriesFormat::SpharmPdm), "{ 4,{0, 0, 0},\n{1, 2, 3}, {4, 5, 6}}"),
         text(Kind::Series(SeriesFormat::Icgem), "max_degree 1\nend_of_head ==\ngfc 0 0 1 0\n"),
-        text(Kind::Series(SeriesFormat::Fits), "SIMPLE  =                    T"),
         text(Kind::Points, "1 2 3\n4 5 6\n"),
         text(
             Kind::Points,
