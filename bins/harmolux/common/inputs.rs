@@ -46,7 +46,7 @@ pub(crate) fn read_surface(mut input: Input) -> Result<(Mesh, FilesRead)> {
 /// Says what a mesh or point file consists of, with the files that it names.
 pub(crate) fn files(path: &Path) -> Result<FilesRead> {
     let input = Input::open_file(path)?;
-    match MeshFormat::of_extension(path) {
+    match MeshFormat::of_extension(input.name()) {
         // Only its reader knows what it names.
         Some(MeshFormat::Gltf) => Ok(meshes::read_input(input)?.1),
         _ => input.finish(),
