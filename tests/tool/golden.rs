@@ -3,7 +3,7 @@
 //! The table of the cases is `tests/golden/input/cases.txt`: `NAME: COMMAND; COMMAND`, all commands
 //! of a case in one folder. Longer ones go on in lines that are indented.
 //! Words must be the same; numbers may differ by a millionth, as processors round differently;
-//! times, the version and the memory taken are masked, and lines that begin with `~` are not
+//! times, the version, keys and the memory taken are masked, and lines that begin with `~` are not
 //! compared.
 //! After a change that is meant: `HARMOLUX_BLESS=1 cargo test --test tool golden`, then `git diff`,
 //! which also shows what is not compared: last digits, and bytes by their checksum.
@@ -197,6 +197,7 @@ fn masked(text: &str) -> String {
     let text = text.replace(env!("CARGO_PKG_VERSION"), "VERSION");
     for line in text.lines().filter(|line| !is_progress(line)) {
         let line = line.split_once(" for rays: ").map_or(line, |(what, _)| what);
+        let line = &without_key(line);
         let now = if line.starts_with('|') { '|' } else { ',' };
         let mut cells: Vec<_> = line.split(now).collect();
         if cells.iter().any(|cell| COLUMNS.contains(&cell.trim())) {
@@ -218,6 +219,17 @@ fn masked(text: &str) -> String {
         let _ = writeln!(all, "{}", pieces.concat());
     }
     all
+}
+
+/// Masks the key of a row, which follows from the version of the program.
+fn without_key(line: &str) -> String {
+    const KEY: &str = "fnv1a64:0123456789abcdef";
+    match line.rfind(&KEY[..8]) {
+        Some(at) if line[..at].ends_with(',') || line.contains("\"key\": ") => {
+            format!("{}#{}", &line[..at], line.get(at + KEY.len()..).unwrap_or(""))
+        }
+        _ => line.to_owned(),
+    }
 }
 
 /// Whether a line says how far a run is, as slow ones do.
