@@ -83,9 +83,15 @@ pub fn ask(bytes: f64, what: impl Display, smaller: impl FnOnce(f64) -> String) 
     Err(Error::Memory(format!("{what} needs {bytes}, {free} are free: {}", smaller(share))))
 }
 
-/// Says how many of `count` things fit, and how to choose them; for [`ask`].
-pub fn fewer(count: usize, advice: &str) -> impl FnOnce(f64) -> String {
-    move |share| format!("about {:.0} would fit; {advice}", (share * count as f64).floor())
+/// Asks for `each` bytes for each of `count` things, which `what` names; `advice` says how to choose
+/// fewer.
+///
+/// # Errors
+/// As [`ask`].
+pub fn ask_each(count: usize, each: f64, what: impl Display, advice: &str) -> Result<()> {
+    ask(each * count as f64, what, |share| {
+        format!("about {:.0} would fit; {advice}", (share * count as f64).floor())
+    })
 }
 
 /// Reads to the end, at most a third of what is free: what is read is decoded next to it. `path` is
@@ -250,7 +256,8 @@ mod tests {
             assert!(matches!(error, Error::Memory(_)), "{error}");
             assert!(error.to_string().starts_with("a film needs "), "{error}");
         }
-        assert_eq!(fewer(10, "take fewer")(0.29), "about 2 would fit; take fewer");
+        let error = ask_each(10, 1e17, "ten films", "take fewer").expect_err("too much");
+        assert!(error.to_string().ends_with(": about 0 would fit; take fewer"), "{error}");
     }
 
     #[test]

@@ -98,12 +98,12 @@ pub(super) fn survey(
 }
 
 /// What a place takes from its receiver to its result, with the lists on the way, bytes: measured.
-const BYTES_EACH: usize = 3200;
+const BYTES_EACH: f64 = 3200.0;
 
 /// Asks for the receivers, sums and results of so many places.
 pub(super) fn ask_for(count: usize) -> Result<()> {
-    let advice = memory::fewer(count, "take fewer, or take them in parts");
-    memory::ask((count * BYTES_EACH) as f64, format_args!("a survey of {count} places"), advice)
+    let what = format_args!("a survey of {count} places");
+    memory::ask_each(count, BYTES_EACH, what, "take fewer, or take them in parts")
 }
 
 /// A survey under way.

@@ -66,8 +66,8 @@ impl Check {
     pub fn of(mesh: &Mesh, settings: &CheckSettings) -> Result<Self> {
         mesh.require_measurable()?;
         let faces = mesh.triangles().len();
-        let advice = memory::fewer(faces, "take a coarser mesh");
-        memory::ask(BYTES_EACH * faces as f64, format_args!("checking {faces} faces"), advice)?;
+        let what = format_args!("checking {faces} faces");
+        memory::ask_each(faces, BYTES_EACH, what, "take a coarser mesh")?;
         let crossings = settings.crossings.then(|| SelfIntersections::of(mesh));
         Ok(Self {
             report: MeshReport::of(mesh),

@@ -2,8 +2,8 @@
 //! of it is known by its length and fingerprint.
 //!
 //! Nothing goes back: the format is told by what [`Input::ahead`] shows, so that a pipe is read as
-//! a file is. Its length is not known before its end, so it is held in memory; and so is what a file
-//! packed by gzip, told by its first bytes, holds.
+//! a file is. Its length is not known before its end, so it is held in memory; and so is what a
+//! file packed by gzip, told by its first bytes, holds.
 
 use std::fmt;
 use std::fs::{self, File, FileType};

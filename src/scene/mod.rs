@@ -18,8 +18,8 @@ mod world;
 
 pub use brdf::{Brdf, BrdfSample};
 pub use camera::{Camera, FisheyeMapping, Projection, Window};
+pub(crate) use film::MAX_STRIDE_LOG2;
 pub use film::{Film, MAX_PIXELS, MIN_RELATIVE_LUMINANCE, SplitLight};
-pub(crate) use film::{MAX_STRIDE_LOG2, Pixel};
 pub use filter::Filter;
 pub use glossy::{Glossy, MIN_ROUGHNESS};
 pub use layers::{FirstHits, Layer};

@@ -57,11 +57,7 @@ impl Evaluator {
 
     /// Returns what a value may be off, `largest` being that of all.
     pub(crate) fn error(&self, largest: f64) -> f64 {
-        match self {
-            Self::Plain(series) => super::rounding(series.coefficients()),
-            Self::Gridded(series) => {
-                super::rounding(series.coefficients()) + GRIDDED_ERROR * largest
-            }
-        }
+        let gridded = if let Self::Gridded(_) = self { GRIDDED_ERROR * largest } else { 0.0 };
+        super::rounding(self.coefficients()) + gridded
     }
 }

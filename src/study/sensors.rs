@@ -91,9 +91,9 @@ fn check_count(file: &SceneFile, [name, what]: [&str; 2], count: f64, help: &str
         return Err(file.source.error(&["sensors", name, what], message, Some(help.to_owned())));
     }
     // Sensors, and the lists that are made of them.
-    let bytes = 3.0 * count * size_of::<Sensor>() as f64;
-    let advice = memory::fewer(count as usize, help);
-    memory::ask(bytes, format_args!("the {what} `{}` of {count} sensors", shown(name)), advice)
+    let each = 3.0 * size_of::<Sensor>() as f64;
+    let group = format_args!("the {what} `{}` of {count} sensors", shown(name));
+    memory::ask_each(count as usize, each, group, help)
 }
 
 /// Lays out one group of sensors.

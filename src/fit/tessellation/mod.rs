@@ -151,8 +151,8 @@ pub fn tessellate(
 
 /// Asks for what the making of so many faces takes: 200 bytes each.
 fn ask_for(faces: usize) -> Result<()> {
-    let advice = memory::fewer(faces, "choose a coarser mesh");
-    memory::ask(200.0 * faces as f64, format_args!("a mesh of {faces} faces"), advice)
+    let what = format_args!("a mesh of {faces} faces");
+    memory::ask_each(faces, 200.0, what, "choose a coarser mesh")
 }
 
 /// Moves directions out to the surface.

@@ -33,7 +33,7 @@ use super::bytes::{Number, field};
 use super::output::{Claim, Kind};
 use crate::error::{Advice, InputError};
 use crate::math::Rgb;
-use crate::scene::{Film, MAX_STRIDE_LOG2, Pixel, SplitLight};
+use crate::scene::{Film, MAX_STRIDE_LOG2, SplitLight};
 use crate::{Error, Result};
 
 /// Begins every checkpoint.
@@ -43,9 +43,6 @@ const VERSION: u16 = 1;
 
 /// The bytes of a pixel without those of its replicates.
 const PIXEL: usize = 57;
-
-/// The pixels that are written at once.
-const BLOCK: usize = 1 << 14;
 
 /// More fields, and longer texts, are no header of ours.
 const MOST_FIELDS: u32 = 1 << 16;
@@ -80,30 +77,22 @@ fn encode(to: impl Write, fingerprint: &Fingerprint, film: &Film) -> io::Result<
     let mut sealed = Sealed { inner: BufWriter::new(to), check: crc32fast::Hasher::new() };
     write_header(&mut sealed, fingerprint, film)?;
     sealed.seal()?;
-    let pixels = film.pixels.chunks(BLOCK).zip(film.sums.chunks(BLOCK * film.replicates));
+    let sums = film.sums.chunks_exact(film.replicates);
     let mut bytes = Vec::new();
-    for (pixels, sums) in pixels {
+    for (pixel, sums) in film.pixels.iter().zip(sums) {
         bytes.clear();
-        for (pixel, sums) in pixels.iter().zip(sums.chunks_exact(film.replicates)) {
-            write_pixel(pixel, sums, &mut bytes);
+        let SplitLight { direct, indirect } = pixel.light;
+        for value in direct.0.iter().chain(&indirect.0) {
+            bytes.extend(value.to_le_bytes());
         }
+        bytes.extend(pixel.non_finite.to_le_bytes());
+        bytes.extend(pixel.spread.to_le_bytes());
+        bytes.push(pixel.stride);
+        bytes.extend(sums.iter().flat_map(|sum| sum.to_le_bytes()));
         sealed.write_all(&bytes)?;
     }
     sealed.seal()?;
     sealed.inner.flush()
-}
-
-fn write_pixel(pixel: &Pixel, sums: &[f32], bytes: &mut Vec<u8>) {
-    let SplitLight { direct, indirect } = pixel.light;
-    for value in direct.0.iter().chain(&indirect.0) {
-        bytes.extend_from_slice(&value.to_le_bytes());
-    }
-    bytes.extend_from_slice(&pixel.non_finite.to_le_bytes());
-    bytes.extend_from_slice(&pixel.spread.to_le_bytes());
-    bytes.push(pixel.stride);
-    for sum in sums {
-        bytes.extend_from_slice(&sum.to_le_bytes());
-    }
 }
 
 fn write_header(file: &mut impl Write, fingerprint: &Fingerprint, film: &Film) -> io::Result<()> {

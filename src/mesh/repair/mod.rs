@@ -107,8 +107,8 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, RepairRep
     }
     mesh.require_measurable()?;
     let faces = mesh.triangles().len();
-    let advice = memory::fewer(faces, "take a coarser mesh");
-    memory::ask(BYTES_EACH * faces as f64, format_args!("repairing {faces} faces"), advice)?;
+    let what = format_args!("repairing {faces} faces");
+    memory::ask_each(faces, BYTES_EACH, what, "take a coarser mesh")?;
     let mut done = RepairReport::default();
     let mut mesh = weld::welded(mesh, settings.weld, &mut done)?;
     mesh = without_collapsed(&mesh, &mut done)?;

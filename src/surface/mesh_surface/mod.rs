@@ -53,8 +53,8 @@ impl MeshSurface {
     pub fn new(mesh: Mesh) -> Result<Self> {
         // Boxes, both trees while one becomes the other, and the triangles in their order.
         let count = mesh.triangles().len();
-        let advice = memory::fewer(count, "take a coarser mesh");
-        memory::ask(400.0 * count as f64, format_args!("tracing {count} triangles"), advice)?;
+        let what = format_args!("tracing {count} triangles");
+        memory::ask_each(count, 400.0, what, "take a coarser mesh")?;
         check_finite(&mesh)?;
         mesh.require_measurable()?;
         let boxes = boxes(&mesh);
