@@ -91,7 +91,7 @@ fn each_file_is_told_by_its_own_format_alone() {
                 assert_eq!(told(marked.as_bytes()), [kind], "{text}");
             }
         }
-        if let Kind::Mesh(_) = kind {
+        if let Kind::Mesh(_) | Kind::Points = kind {
             let text = text.replace('\n', "\r");
             assert_eq!(told(text.as_bytes()), [kind], "{text}");
         }

@@ -58,7 +58,7 @@ fn read(bytes: &[u8]) -> Result<(Vec<(f64, f64)>, usize), String> {
 
 /// Returns degree and order of an index from 1 on.
 fn place(index: f64) -> Option<(usize, usize)> {
-    let above = (1.0..1e15).contains(&index).then_some(index as usize - 1)?;
+    let above = (1.0..1e15).contains(&index).then(|| index as usize - 1)?;
     let l = above.isqrt();
     above.checked_sub(l * l + l).map(|m| (l, m))
 }
@@ -183,7 +183,9 @@ impl<'a> Header<'a> {
     /// Returns the bytes of the data behind the header, in whole blocks.
     fn data(&self) -> Result<usize, String> {
         let axes = self.whole("NAXIS")?.min(999);
-        let mut size = if axes == 0 { 0 } else { self.whole("BITPIX").unwrap_or(8) / 8 };
+        // Real numbers have a minus sign there.
+        let bits = self.text("BITPIX").and_then(|bits| bits.parse::<i16>().ok()).unwrap_or(8);
+        let mut size = if axes == 0 { 0 } else { usize::from(bits.unsigned_abs() / 8) };
         for axis in 1..=axes {
             size = size.saturating_mul(self.whole(&format!("NAXIS{axis}"))?);
         }
@@ -270,6 +272,44 @@ mod tests {
     }
 
     #[test]
+    fn table_behind_a_picture_of_real_numbers_is_found() {
+        let table = made(str::to_owned, &rows());
+        let picture = ["SIMPLE  = T", "BITPIX  = -64", "NAXIS   = 1", "NAXIS1  = 400"];
+        let bytes = file(&picture, &[0; 0])[BLOCK..].to_vec();
+        let bytes = [&bytes[..], &[0; 2 * BLOCK], &table[BLOCK..]].concat();
+        assert_eq!(parsed(&bytes).expect("read"), parsed(&table).expect("read"));
+    }
+
+    #[test]
+    fn header_of_any_numbers_is_read_or_refused() {
+        let changed = |key: &str, value: &str| {
+            let card = format!("{key:<8}= {value}");
+            let is = |old: &str| old[..8].trim_end() == key;
+            made(|old| if is(old) { card.clone() } else { old.to_owned() }, &rows())
+        };
+        for number in ["0", "-1", "", "1.5", "99999999999", "18446744073709551615"] {
+            for key in ["BITPIX", "NAXIS", "PCOUNT"] {
+                drop(parsed(&changed(key, number)));
+            }
+            for key in ["NAXIS1", "NAXIS2", "TFIELDS"] {
+                // The columns that are needed come first, however many follow.
+                let is_enough = key == "TFIELDS" && number.len() > 4;
+                assert_eq!(parsed(&changed(key, number)).is_ok(), is_enough, "{key} {number}");
+            }
+            for key in ["TFORM1", "TFORM2", "TFORM3"] {
+                for form in [format!("'{number}J'"), format!("'{number}D"), number.to_owned()] {
+                    drop(parsed(&changed(key, &form)));
+                }
+            }
+        }
+        // An index that is no number.
+        let mut rows = rows();
+        rows[..4].copy_from_slice(&f32::NAN.to_be_bytes());
+        let message = parsed(&made(|card| card.replace("1J", "1E"), &rows)).expect_err("refused");
+        assert!(message.to_string().contains("NaN is the index of no a_lm"), "{message}");
+    }
+
+    #[test]
     fn tables_of_other_things_are_refused() {
         for (old, new, expected) in [
             ("BINTABLE", "IMAGE", "there is no table"),
@@ -287,6 +327,8 @@ mod tests {
         for (at, index, expected) in [
             (0, 3, "stands here twice"),
             (0, 2, "the index of no a_lm"),
+            (0, 0, "0 is the index of no a_lm"),
+            (0, i32::MIN, "-2147483648 is the index of no a_lm"),
             (3, 13, "13 is the index"),
         ] {
             let mut rows = rows();

@@ -11,8 +11,12 @@ use crate::memory::MAX_LINE;
 use crate::mesh::Points;
 use crate::{Error, Result};
 
+/// How a text may say that it is UTF-8.
+const MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// Whether a file that begins so is PLY.
 pub(super) fn is_ply(head: &[u8]) -> bool {
+    let head = head.strip_prefix(MARK).unwrap_or(head);
     head.strip_prefix(b"ply").is_some_and(|rest| rest.first().is_some_and(u8::is_ascii_whitespace))
 }
 
@@ -117,6 +121,9 @@ struct Header {
 impl Header {
     /// Reads the header, whose lines end as its first does.
     fn read(path: &Path, from: &mut impl BufRead) -> Result<Self> {
+        if from.fill_buf().map_err(|e| Error::io(path, "read", e))?.starts_with(MARK) {
+            from.consume(MARK.len());
+        }
         let head = from.fill_buf().map_err(|e| Error::io(path, "read", e))?;
         let end =
             if head.starts_with(b"ply\r") && !head.starts_with(b"ply\r\n") { b'\r' } else { b'\n' };
@@ -326,6 +333,7 @@ mod tests {
         };
         assert!(is_cloud(text.as_bytes()));
         assert_eq!(read(text.as_bytes(), true).expect("points"), expected);
+        assert_eq!(read(format!("\u{feff}{text}").as_bytes(), true).expect("points"), expected);
         assert_eq!(read(text.replace('\n', "\r").as_bytes(), true).expect("points"), expected);
         assert_eq!(read(text.replace('\n', "\r\n").as_bytes(), true).expect("points"), expected);
         for big in [false, true] {
