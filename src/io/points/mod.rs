@@ -4,16 +4,17 @@ mod array;
 mod ply;
 mod text;
 
-use std::io::BufRead;
 use std::path::Path;
 
 use glam::DVec3;
 
+use crate::Result;
 use crate::error::InputError;
 use crate::io::input::{FilesRead, Input};
+use crate::io::ply::is_ply;
+use crate::io::source::Source;
 use crate::io::{coefficients, meshes, npy};
 use crate::mesh::Points;
-use crate::{Error, Result, memory};
 
 /// The most columns that a point has where they have no names: what it carries beside x, y and z is
 /// colours, normals and the like. A table of more is none of points.
@@ -58,7 +59,7 @@ pub(in crate::io) fn names_columns(head: &[u8]) -> bool {
 /// Reads a point file.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read; [`Error::Input`] with the place of what is no point.
+/// [`crate::Error::Io`] when the file cannot be read; [`crate::Error::Input`] with the place of what is no point.
 pub fn read(path: &Path, options: PointOptions) -> Result<Points> {
     Ok(read_input(Input::open(path)?, options)?.0)
 }
@@ -67,26 +68,31 @@ pub fn read(path: &Path, options: PointOptions) -> Result<Points> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_input(mut input: Input, options: PointOptions) -> Result<(Points, FilesRead)> {
-    let points = parse(input.path(), &mut input, options)?;
-    Ok((points, input.finish()?))
+pub fn read_input(input: Input, options: PointOptions) -> Result<(Points, FilesRead)> {
+    let mut source = Source::new(input);
+    let points = parse_source(&mut source, options)?;
+    Ok((points, source.finish()?))
 }
 
-/// Reads points of any kind; `path` is for messages.
+/// Reads points from the bytes of a file of any kind; `path` is for messages.
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(path: &Path, mut from: impl BufRead, options: PointOptions) -> Result<Points> {
-    let head = from.fill_buf().map_err(|e| Error::io(path, "read", e))?;
+pub fn parse(path: &Path, bytes: &[u8], options: PointOptions) -> Result<Points> {
+    parse_source(&mut Source::of_bytes(path, bytes), options)
+}
+
+fn parse_source(source: &mut Source, options: PointOptions) -> Result<Points> {
+    let head = source.ahead()?;
     let points = if head.starts_with(npy::MAGIC) {
-        array::parse(path, &memory::read_to_end(path, from)?, options)
-    } else if ply::is_ply(head) {
-        ply::parse(path, &mut from, options)
+        array::parse(source.path(), &source.rest()?, options)
+    } else if is_ply(head) {
+        ply::parse(source, options)
     } else {
-        text::parse(path, &mut from, options)
+        text::parse(source, options)
     }?;
     if points.positions.is_empty() {
-        return Err(InputError::new(path, "no point stands in this file").help(WANTED).into());
+        return Err(source.fault("no point stands in this file", WANTED));
     }
     Ok(points)
 }

@@ -6,7 +6,6 @@
 //! are x, y, z in this order. Other columns are passed over. A line of one whole number before
 //! points says how many they are (.pts).
 
-use std::io::BufRead;
 use std::path::Path;
 
 use glam::DVec3;
@@ -14,8 +13,9 @@ use glam::DVec3;
 use super::{MOST_COLUMNS, PointOptions, WANTED, no_weights, point};
 use crate::error::InputError;
 use crate::io::decimal::real;
+use crate::io::source::Source;
 use crate::mesh::Points;
-use crate::{Error, Result, memory};
+use crate::{Error, Result};
 
 /// What the columns of the coordinates may be called.
 const AXES: [[&str; 2]; 3] = [["x", "axis-0"], ["y", "axis-1"], ["z", "axis-2"]];
@@ -47,20 +47,12 @@ pub(super) fn names_columns(head: &[u8]) -> bool {
 }
 
 /// Reads points, however many columns they have.
-pub(super) fn parse(path: &Path, text: &mut impl BufRead, options: PointOptions) -> Result<Points> {
-    let mut reader = Reader::new(path, options);
-    let mut bytes = Vec::new();
-    loop {
-        bytes.clear();
-        if memory::read_line(text, &mut bytes).map_err(|e| Error::io(path, "read", e))? == 0 {
-            return reader.finish();
-        }
-        let line = bytes.strip_suffix(b"\n").unwrap_or(&bytes);
-        let line = line.strip_suffix(b"\r").unwrap_or(line);
-        for line in line.split(|b| *b == b'\r') {
-            reader.take(line)?;
-        }
+pub(super) fn parse(source: &mut Source, options: PointOptions) -> Result<Points> {
+    let mut reader = Reader::new(source.path(), options);
+    while source.next_line()? {
+        reader.take(source.text())?;
     }
+    reader.finish()
 }
 
 /// What the lines have told so far.
@@ -375,9 +367,9 @@ mod tests {
         ] {
             assert!(refusal(text).starts_with(place), "{}", refusal(text));
         }
-        let error =
-            parse(Path::new("p.xyz"), &mut &b"1 2 3\n\xff\xfe\0"[..], PointOptions::default())
-                .expect_err("binary");
+        let binary = b"1 2 3\n\xff\xfe\0";
+        let error = super::super::parse(Path::new("p.xyz"), binary, PointOptions::default());
+        let error = error.expect_err("binary");
         assert!(error.to_string().starts_with("p.xyz:2:1: this is not text"), "{error}");
     }
 }
