@@ -130,7 +130,9 @@ mod tests {
             let fits: Vec<_> = (0..50).map(|seed| fit(seed, count, above, 8)).collect();
             let found = root_mean_square(fits.iter().map(|(found, _)| *found));
             let stated = root_mean_square(fits.iter().map(|(_, error)| error.rms));
-            assert!((found / 1.5..=found * 1.5).contains(&stated), "{above}: {found} {stated}");
+            // One function has nearly all of the error, so that the RMS of 50 is off by a tenth: three
+            // times that.
+            assert!((found / 1.3..=found * 1.3).contains(&stated), "{above}: {found} {stated}");
             let (_, first) = &fits[0];
             assert!(first.largest >= first.rms);
             // A gap is about the south pole.
