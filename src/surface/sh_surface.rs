@@ -269,8 +269,7 @@ mod tests {
 
     #[test]
     fn negative_radius_and_bad_march_are_refused() {
-        let negative =
-            ShSurface::new(&sphere(-1.0), Intersector::Certified).err().expect("refused");
+        let negative = ShSurface::new(&sphere(-1.0), Intersector::Certified).expect_err("refused");
         let Error::Advised { error, advice: Advice::AddRadius } = negative else {
             panic!("{negative}")
         };
