@@ -68,6 +68,8 @@ pub enum Advice {
     AcceptFolds,
     /// Fits the mesh of a surface that is no radial shape.
     FitSurface,
+    /// Adds the reference radius to heights above it.
+    AddRadius,
     /// States the format of a coefficient file; its names.
     StateFormat(String),
     /// Reads a file as coefficient text.
@@ -116,10 +118,8 @@ impl fmt::Display for Advice {
             Self::AcceptFolds => {
                 write!(f, "raise the accepted share, give another centre, or cut the mesh in parts")
             }
-            Self::FitSurface => write!(
-                f,
-                "write its surface as a mesh (SPHARM-PDM makes a .vtk file of it) and fit that"
-            ),
+            Self::FitSurface => write!(f, "make a mesh of its surface, and fit that"),
+            Self::AddRadius => write!(f, "if these are heights, add their reference radius"),
             Self::StateFormat(names) => write!(f, "say its format: {names}"),
             Self::ReadAsText => write!(f, "read a table without header as text"),
             Self::StateConvention => write!(

@@ -4,24 +4,26 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
-use harmolux::Result;
-use harmolux::error::shown;
+use harmolux::error::{Advice, shown};
 use harmolux::fit::Shape;
 use harmolux::fit::star;
-use harmolux::fit::{mesh_bytes, series_bytes};
-use harmolux::io::coefficients;
-use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
+use harmolux::fit::{mesh_bytes, parametric_mesh, series_bytes};
+use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, spharm_pdm};
 use harmolux::io::input::Input;
+use harmolux::io::points::{self, PointOptions};
+use harmolux::math::Aabb;
 use harmolux::mesh::{Mesh, MeshReport};
 use harmolux::sh::{Convention, least, positions, range, volume};
+use harmolux::{Error, Result};
 use serde_json::{Value, json};
 
+use crate::common::advice;
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
-use crate::common::inputs::{read_bare_mesh, series_format};
+use crate::common::inputs::{holds_points, read_surface, series_format};
 use crate::common::say::{self, point};
 
-/// Say what a mesh or coefficient file holds
+/// Say what a mesh, coefficient or point file holds
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux info head.obj
@@ -29,7 +31,7 @@ use crate::common::say::{self, point};
   harmolux info topo.sh --normalisation ortho --csphase -1 --unit km
   harmolux info cells.csv --row 7 --unit um")]
 pub(crate) struct Info {
-    /// A mesh or coefficients, of any format that is read here
+    /// A mesh, coefficients or points, of any format that is read here
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) reading: SeriesReading,
@@ -39,16 +41,82 @@ pub(crate) struct Info {
 pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
     let mut input = Input::open(&verb.file)?;
     let options = verb.reading.options();
-    let (lines, value) = match series_format(&mut input, &options)? {
-        Some(format) => series(&series_file(input, format, &options)?)?,
-        None => mesh(input)?,
-    };
-    if as_json {
-        say::json(&value);
-    } else {
-        say::pairs(&lines);
+    if options.format.is_none() && is_cloud(&mut input)? {
+        return Ok(show(&points(input)?, as_json));
     }
-    Ok(Code::Done)
+    let found = match series_format(&mut input, &options)? {
+        Some(format) => coefficient_file(input, format, &options)?,
+        None => mesh(&read_surface(input)?.0, "triangle mesh"),
+    };
+    Ok(show(&found, as_json))
+}
+
+fn show(found: &Found, as_json: bool) -> Code {
+    if as_json {
+        say::json(&found.value);
+    } else {
+        say::pairs(&found.lines);
+    }
+    found.code
+}
+
+/// Whether a file holds points: by their mark, else where neither content nor extension is that of
+/// coefficients (a table by its extension may be of points, too).
+fn is_cloud(input: &mut Input) -> Result<bool> {
+    let (path, length) = (input.path(), input.length());
+    let head = input.ahead()?;
+    if points::is_marked(head) {
+        return Ok(true);
+    }
+    let named = SeriesFormat::of_extension(path).is_some() && !points::is_points(path);
+    Ok(!named && coefficients::recognise_content(head, length).is_none() && holds_points(input)?)
+}
+
+/// Tells of a file of points.
+fn points(input: Input) -> Result<Found> {
+    let cloud = points::read_input(input, PointOptions::default())?.0;
+    let bounds = Aabb::of_points(cloud.positions.iter().copied());
+    let count = cloud.positions.len();
+    let lines = vec![
+        ("kind", "points".to_owned()),
+        ("size", format!("{count} points")),
+        ("bounds", format!("{} to {}", point(bounds.min), point(bounds.max))),
+    ];
+    let bounds = [bounds.min.to_array(), bounds.max.to_array()];
+    let value = json!({ "kind": "points", "points": count, "bounds": bounds });
+    Ok(Found { lines, value, code: Code::Done })
+}
+
+/// What is said of a file.
+struct Found {
+    lines: Lines,
+    value: Value,
+    code: Code,
+}
+
+/// Tells of a coefficient file, of one of a parametric surface by its mesh.
+fn coefficient_file(
+    mut input: Input,
+    format: SeriesFormat,
+    options: &ReadOptions,
+) -> Result<Found> {
+    let (path, bytes) = (input.path(), input.rest()?);
+    let options = ReadOptions { format: Some(format), ..*options };
+    match coefficients::parse(path, &bytes, &options) {
+        Ok(shape) => {
+            let convention = coefficients::convention(path, &bytes, format, &options)?;
+            series(&SeriesFile { format, convention, shape })
+        }
+        Err(Error::Input(error)) if error.advice.as_deref() == Some(&Advice::FitSurface) => {
+            let set = spharm_pdm::parse_set(path, &bytes)?;
+            let surface = parametric_mesh(&set)?.scaled(options.unit.unwrap_or(1.0))?;
+            Ok(mesh(
+                &surface,
+                &format!("parametric surface of degree {}, as a mesh", set[0].lmax()),
+            ))
+        }
+        Err(error) => Err(error),
+    }
 }
 
 type Lines = Vec<(&'static str, String)>;
@@ -60,23 +128,13 @@ struct SeriesFile {
     shape: Shape,
 }
 
-fn series_file(
-    mut input: Input,
-    format: SeriesFormat,
-    options: &ReadOptions,
-) -> Result<SeriesFile> {
-    let (path, bytes) = (input.path(), input.rest()?);
-    let options = ReadOptions { format: Some(format), ..*options };
-    let shape = coefficients::parse(path, &bytes, &options)?;
-    let convention = coefficients::convention(path, &bytes, format, &options)?;
-    Ok(SeriesFile { format, convention, shape })
-}
-
-fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
+fn series(file: &SeriesFile) -> Result<Found> {
     let shape = &file.shape;
     let c = &shape.coefficients;
     let (lowest, (lower, most)) = (least(c)?, range(c)?);
-    let volume = volume(c)?;
+    // A radius that is not positive everywhere is of no body, and has no volume.
+    let solid = lowest.require_positive(most);
+    let volume = solid.is_ok().then(|| volume(c)).transpose()?;
     let set = positions(c, shape.centre);
     let [x, y, z] = [range(&set[0])?, range(&set[1])?, range(&set[2])?];
     let (low, high) = (DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
@@ -93,10 +151,10 @@ fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
         ("mean radius", format!("{} m", say::significant(c.mean(), 7))),
         ("radius", format!("certainly {least} to {largest} m")),
         ("bounds", format!("certainly within {} to {}", point(low), point(high))),
-        ("volume", format!("{} m3", say::significant(volume, 7))),
+        ("volume", volume.map_or("none".to_owned(), |v| format!("{} m3", say::significant(v, 7)))),
     ];
-    if let Err(error) = lowest.require_positive(most) {
-        lines.push(("deficiency", format!("no closed surface: {error}")));
+    if let Err(error) = &solid {
+        lines.push(("deficiency", format!("no closed surface: {}", advice::told(error))));
     }
     lines.extend(source.as_deref().map(|name| ("source", shown(name))));
     lines.extend(shape.truncated_from.map(|l| ("cut from", format!("degree {l}"))));
@@ -116,7 +174,8 @@ fn series(file: &SeriesFile) -> Result<(Lines, Value)> {
         "source": source,
         "truncated_from": shape.truncated_from,
     });
-    Ok((lines, value))
+    let code = if solid.is_ok() { Code::Done } else { Code::BadInput };
+    Ok(Found { lines, value, code })
 }
 
 /// Describes how the mesh is seen from its origin and from its best centre, if it can be told.
@@ -144,14 +203,13 @@ fn star_of(mesh: &Mesh, lines: &mut Lines) -> Value {
     }
 }
 
-fn mesh(input: Input) -> Result<(Lines, Value)> {
-    let mesh = read_bare_mesh(input)?.0;
-    let report = MeshReport::of(&mesh);
+fn mesh(mesh: &Mesh, kind: &str) -> Found {
+    let report = MeshReport::of(mesh);
     let size = [mesh.positions().len(), mesh.triangles().len()];
     let bounds = mesh.bounds();
     let deficiencies = report.deficiencies();
     let mut lines = vec![
-        ("kind", "triangle mesh".to_owned()),
+        ("kind", kind.to_owned()),
         (
             "size",
             format!(
@@ -167,7 +225,7 @@ fn mesh(input: Input) -> Result<(Lines, Value)> {
         ("closed", if report.is_closed() { "yes".into() } else { "no".into() }),
         ("components", format!("{}, Euler number {}", report.components, report.euler())),
     ];
-    let star = star_of(&mesh, &mut lines);
+    let star = star_of(mesh, &mut lines);
     for text in &deficiencies {
         lines.push(("deficiency", text.clone()));
     }
@@ -185,5 +243,5 @@ fn mesh(input: Input) -> Result<(Lines, Value)> {
         "star": star,
         "deficiencies": deficiencies,
     });
-    Ok((lines, value))
+    Found { lines, value, code: Code::Done }
 }

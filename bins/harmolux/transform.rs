@@ -156,6 +156,7 @@ pub(crate) fn run(verb: &Transform, as_json: bool) -> Result<Code> {
     };
     let done = reshape(&shape, &steps).map_err(|e| about(&verb.shape, e))?;
     output.write(&done.shape)?;
+    shape_file::warn_of_no_surface(&verb.output, &done.shape)?;
     if as_json {
         say::json(&value(verb, &done));
     } else {

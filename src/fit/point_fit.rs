@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::fit::mesh_fit::{FitSettings, Projection};
 use crate::math::Aabb;
 use crate::mesh::Points;
-use crate::sh::{Coefficients, Series, scattered_fit};
+use crate::sh::{Coefficients, Series, StandardError, fit_with_error};
 use crate::{Error, Result};
 
 /// Holds a series fitted to points and how well it meets them.
@@ -21,24 +21,13 @@ pub struct PointFit {
     pub rms: f64,
     /// The largest radial difference at a point of any weight, metres.
     pub max: f64,
+    /// The error that the scatter of the points leaves in the series before a filter, metres, if
+    /// they scatter independently; `None` when there are no more points than coefficients.
+    pub error: Option<StandardError>,
     /// How many points there are.
     pub count: usize,
     /// The time the fit took.
     pub projection_time: Duration,
-}
-
-impl PointFit {
-    /// Estimates the error, metres, that the scatter of the points leaves in the series, as a root
-    /// mean square over the sphere: the scatter times the root of coefficients over points, for
-    /// points of equal weight and independent scatter. Infinite when there are no more points than
-    /// coefficients.
-    pub fn standard_error(&self) -> f64 {
-        let (points, unknowns) = (self.count as f64, self.coefficients.count() as f64);
-        if points <= unknowns {
-            return f64::INFINITY;
-        }
-        self.rms * (unknowns / (points - unknowns)).sqrt()
-    }
 }
 
 /// Fits points about the given centre; without one about the origin if that lies within the bounds
@@ -46,7 +35,7 @@ impl PointFit {
 ///
 /// # Errors
 /// [`Error::Parameter`] when the settings ask for a projection that needs faces;
-/// [`Error::Geometry`] for a point at the centre; and as [`scattered_fit`].
+/// [`Error::Geometry`] for a point at the centre; and as [`fit_with_error`].
 pub fn fit_points(points: &Points, settings: &FitSettings) -> Result<PointFit> {
     let Projection::LeastSquares { lambda } = settings.projection else {
         return Err(Error::Parameter(
@@ -66,7 +55,8 @@ pub fn fit_points(points: &Points, settings: &FitSettings) -> Result<PointFit> {
     let directions: Vec<DVec3> =
         points.positions.iter().enumerate().map(direction).collect::<Result<_>>()?;
     let started = Instant::now();
-    let plain = scattered_fit(&directions, &radii, &points.weights, settings.lmax, lambda)?;
+    let (plain, error) =
+        fit_with_error(&directions, &radii, &points.weights, settings.lmax, lambda)?;
     let projection_time = started.elapsed();
     let coefficients = settings.filter.map_or_else(|| plain.clone(), |f| f.apply(&plain));
     let series = Series::new(&coefficients)?;
@@ -78,7 +68,8 @@ pub fn fit_points(points: &Points, settings: &FitSettings) -> Result<PointFit> {
         max = max.max(if *weight > 0.0 { difference.abs() } else { 0.0 });
     }
     let rms = (squares / all).sqrt();
-    Ok(PointFit { coefficients, centre, rms, max, count: radii.len(), projection_time })
+    let count = radii.len();
+    Ok(PointFit { coefficients, centre, rms, max, error, count, projection_time })
 }
 
 fn choose_centre(points: &Points) -> DVec3 {

@@ -4,6 +4,7 @@
 mod bytes;
 pub mod checkpoint;
 pub mod coefficients;
+mod decimal;
 #[cfg(test)]
 mod failing;
 #[cfg(test)]
@@ -14,9 +15,11 @@ pub mod input;
 pub mod meshes;
 pub mod npy;
 pub mod output;
+mod ply;
 pub mod points;
 pub mod rays;
 pub mod scene_file;
 pub mod sensor_table;
+mod source;
 pub mod spectra;
 pub mod tables;

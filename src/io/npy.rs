@@ -98,6 +98,11 @@ pub(in crate::io) fn is_complex_list(head: &[u8]) -> bool {
     Array::announced(head).is_ok_and(|array| array.complex && array.shape.len() < 3)
 }
 
+/// Whether a file that begins so holds real numbers along two axes.
+pub(in crate::io) fn is_table(head: &[u8]) -> bool {
+    Array::announced(head).is_ok_and(|array| !array.complex && array.shape.len() == 2)
+}
+
 /// Writes rows of as many numbers each as a two-dimensional array of float64, which `numpy.load`
 /// reads.
 ///
@@ -173,7 +178,7 @@ fn element(descr: &str) -> Result<(bool, bool, usize), String> {
         "f8" => (false, 8),
         "c8" => (true, 4),
         "c16" => (true, 8),
-        _ => return Err(format!("numbers of type `{descr}` are no coefficients")),
+        _ => return Err(format!("numbers of type `{descr}` are not read here")),
     };
     match order {
         "<" => Ok((true, complex, width)),
@@ -239,11 +244,11 @@ mod tests {
             (header("<f8", "(1000000000,)"), "does not fit the 8 bytes"),
             (header("<f8", &"(".repeat(50_000)), "does not say the shape"),
             (header("<f8", "(-1,)"), "does not say the shape"),
-            (header("|O", "(1,)"), "numbers of type `|O` are no coefficients"),
-            (header("<i8", "(1,)"), "`<i8` are no coefficients"),
+            (header("|O", "(1,)"), "numbers of type `|O` are not read here"),
+            (header("<i8", "(1,)"), "`<i8` are not read here"),
             (header("=f8", "(1,)"), "do not say their byte order"),
-            (header("é", "(1,)"), "no coefficients"),
-            (header("", "(1,)"), "no coefficients"),
+            (header("é", "(1,)"), "are not read here"),
+            (header("", "(1,)"), "are not read here"),
             ("{'descr': [('a', '<f8')], 'fortran_order': False, 'shape': (1,)}".into(), "a record"),
             ("{'descr': '<f8', 'shape': (1,)}".into(), "lacks `fortran_order`"),
             ("{}".into(), "lacks `descr`"),

@@ -90,6 +90,15 @@ pub fn least(f: &Coefficients) -> Result<Least> {
     Ok(ends(f)?.0)
 }
 
+/// Makes sure that f is positive in every direction, as the radius of a body is.
+///
+/// # Errors
+/// As [`Least::require_positive`] and [`synthesis`].
+pub fn require_positive(f: &Coefficients) -> Result<()> {
+    let (least, largest) = ends(f)?;
+    least.require_positive(largest)
+}
+
 /// Bounds f below and above, on a finer grid and about its mid-range: |f - c| <= max |sample - c| /
 /// cos^2(pi lmax / n), n = 16 lmax; below more closely, where that does not decide whether f is
 /// positive.

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use super::bounds::curvature;
 use super::shape::angles;
 use super::{Coefficients, Grid, Series, rounding};
+use crate::error::Advice;
 use crate::{Error, Result};
 
 /// Holds what is known of the least value of a series.
@@ -34,6 +35,9 @@ pub(super) const TIGHT: f64 = 0.5;
 /// The part of the largest value up to which a value counts as 0: rays are traced to no less of a
 /// body.
 pub(super) const SMALLEST: f64 = 1e-6;
+
+/// The part of the largest value from which on one below 0 is no ringing: these may be heights.
+const HEIGHTS: f64 = 0.2;
 
 /// The most values that are taken, and the most products of coefficient and function that they may
 /// cost but for the first.
@@ -62,11 +66,12 @@ impl Least {
         } else {
             format!(", and no more is certain than that it is above {bound:.3e}")
         };
-        Err(Error::Geometry(format!(
+        let error = Error::Geometry(format!(
             "the radius must be positive in every direction, but is {value:.3e} at {}{more}; \
              choose another centre, or lower the degree or filter the series if it rings",
             angles(direction)
-        )))
+        ));
+        Err(if value < -HEIGHTS * largest { error.advise(Advice::AddRadius) } else { error })
     }
 }
 

@@ -14,7 +14,7 @@ use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::{Coefficients, Moments, Series};
+use super::{Coefficients, Moments, Series, StandardError};
 use crate::{Error, Result};
 
 /// The highest degree: its normal matrix takes 0.8 GB.
@@ -24,7 +24,7 @@ pub const MAX_LEAST_SQUARES_DEGREE: usize = 100;
 const BLOCK: usize = 256;
 
 /// Columns of the normal matrix that are worked on together.
-const PANEL: usize = 96;
+pub(super) const PANEL: usize = 96;
 
 /// The smallest part of a basis function, squared, that the others may leave unexplained at the
 /// samples: below it too few digits would be right.
@@ -60,25 +60,61 @@ pub fn scattered_fit(
     lmax: usize,
     lambda: f64,
 ) -> Result<Coefficients> {
+    Ok(Solved::of(&Samples::checked(directions, values, weights)?, lmax, lambda)?.fit)
+}
+
+/// Fits as [`scattered_fit`] does, and estimates the error that the scatter of the values leaves in
+/// the series; `None` where there are no more samples than coefficients.
+///
+/// # Errors
+/// As [`scattered_fit`].
+pub fn fit_with_error(
+    directions: &[DVec3],
+    values: &[f64],
+    weights: &[f64],
+    lmax: usize,
+    lambda: f64,
+) -> Result<(Coefficients, Option<StandardError>)> {
     let samples = Samples::checked(directions, values, weights)?;
-    check_degree(samples.counted, lmax, lambda)?;
-    let basis = Basis::new(lmax)?;
-    let mut matrix = samples.normal_matrix(&basis);
-    for (i, damping) in basis.damping(lambda).enumerate() {
-        matrix[(i, i)] += damping;
+    let Solved { fit, basis, factor } = Solved::of(&samples, lmax, lambda)?;
+    let free = samples.counted.saturating_sub(fit.count());
+    let error = if free == 0 {
+        None
+    } else {
+        let variance = samples.square(&Series::new(&fit)?) / free as f64;
+        Some(StandardError::of(&factor, &basis, variance))
+    };
+    Ok((fit, error))
+}
+
+/// The series, and the factor of its normal matrix.
+struct Solved {
+    fit: Coefficients,
+    basis: Basis,
+    factor: DMatrix<f64>,
+}
+
+impl Solved {
+    fn of(samples: &Samples, lmax: usize, lambda: f64) -> Result<Self> {
+        check_degree(samples.counted, lmax, lambda)?;
+        let basis = Basis::new(lmax)?;
+        let mut factor = samples.normal_matrix(&basis);
+        for (i, damping) in basis.damping(lambda).enumerate() {
+            factor[(i, i)] += damping;
+        }
+        let unexplained = factorise(&mut factor);
+        if unexplained.is_none_or(|(_, part)| part < INDEPENDENT) {
+            return Err(undetermined(samples.counted, lmax, lambda, unexplained, &basis));
+        }
+        let mut fit = Coefficients::zeros(lmax);
+        // The first pass solves, the second refines by what the first leaves of the samples.
+        for _ in 0..2 {
+            let mut x = samples.right_side(&basis, &fit, lambda)?;
+            solve(&factor, &mut x);
+            fit = basis.plus(&fit, &x);
+        }
+        Ok(Self { fit, basis, factor })
     }
-    let unexplained = factorise(&mut matrix);
-    if unexplained.is_none_or(|(_, part)| part < INDEPENDENT) {
-        return Err(undetermined(samples.counted, lmax, lambda, unexplained, &basis));
-    }
-    let mut fit = Coefficients::zeros(lmax);
-    // The first pass solves, the second refines by what the first leaves of the samples.
-    for _ in 0..2 {
-        let mut x = samples.right_side(&basis, &fit, lambda)?;
-        solve(&matrix, &mut x);
-        fit = basis.plus(&fit, &x);
-    }
-    Ok(fit)
 }
 
 /// The samples, checked, and the factor that makes the weights add up to 4 pi.
@@ -142,6 +178,14 @@ impl<'a> Samples<'a> {
         matrix
     }
 
+    /// Sums the weighted squares of what a series leaves of the samples.
+    fn square(&self, series: &Series) -> f64 {
+        let samples = self.directions.iter().zip(self.values).zip(self.weights);
+        let square =
+            |((w, v), weight): ((&DVec3, &f64), &f64)| weight * (v - series.value(*w)).powi(2);
+        self.scale * samples.map(square).sum::<f64>()
+    }
+
     /// Returns what the normal equations ask for beyond a first solution.
     fn right_side(&self, basis: &Basis, fit: &Coefficients, lambda: f64) -> Result<DVector<f64>> {
         let series = Series::new(fit)?;
@@ -173,7 +217,7 @@ impl<'a> Samples<'a> {
 }
 
 /// The orthonormal basis, its functions numbered degree by degree: A_l0, A_l1, B_l1, A_l2, ...
-struct Basis {
+pub(super) struct Basis {
     empty: Moments,
     /// The degree of each function.
     degrees: Vec<usize>,
@@ -182,7 +226,7 @@ struct Basis {
 }
 
 impl Basis {
-    fn new(lmax: usize) -> Result<Self> {
+    pub(super) fn new(lmax: usize) -> Result<Self> {
         let degrees: Vec<usize> =
             (0..=lmax).flat_map(|l| std::iter::repeat_n(l, 2 * l + 1)).collect();
         let norm = |i: usize| {
@@ -194,8 +238,12 @@ impl Basis {
         Ok(Self { empty: Moments::new(lmax)?, norms, degrees })
     }
 
+    pub(super) fn lmax(&self) -> usize {
+        self.degrees.last().copied().unwrap_or(0)
+    }
+
     /// Evaluates all functions at a direction, times `factor`.
-    fn at(&self, direction: DVec3, factor: f64) -> Vec<f64> {
+    pub(super) fn at(&self, direction: DVec3, factor: f64) -> Vec<f64> {
         let mut moments = self.empty.clone();
         moments.add(direction, factor);
         self.orthonormal(&moments.coefficients()).as_slice().to_vec()

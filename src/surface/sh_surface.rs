@@ -240,6 +240,7 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
+    use crate::error::Advice;
 
     fn sphere(radius: f64) -> Coefficients {
         let mut c = Coefficients::zeros(0);
@@ -268,10 +269,11 @@ mod tests {
 
     #[test]
     fn negative_radius_and_bad_march_are_refused() {
-        assert!(matches!(
-            ShSurface::new(&sphere(-1.0), Intersector::Certified),
-            Err(Error::Geometry(_))
-        ));
+        let negative = ShSurface::new(&sphere(-1.0), Intersector::Certified).expect_err("refused");
+        let Error::Advised { error, advice: Advice::AddRadius } = negative else {
+            panic!("{negative}")
+        };
+        assert!(matches!(*error, Error::Geometry(_)), "{error}");
         for step in [0.0, 1e-12, f64::NAN] {
             let march = Intersector::StepBisection(StepBisection { step, tolerance: 1e-9 });
             assert!(matches!(ShSurface::new(&sphere(1.0), march), Err(Error::Parameter(_))));

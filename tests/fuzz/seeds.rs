@@ -11,6 +11,7 @@ use harmolux::io::coefficients::compact::Tolerance;
 use harmolux::io::coefficients::{SeriesFormat, WriteOptions, binary, compact, encode};
 use harmolux::io::images::Exr;
 use harmolux::io::meshes::{self, MeshFormat};
+use harmolux::io::npy::rows;
 use harmolux::io::output::{Claim, Kind};
 use harmolux::math::Rgb;
 use harmolux::mesh::Mesh;
@@ -38,7 +39,7 @@ const FIXTURES: [(&str, &str); 10] = [
 ];
 
 /// Text of each kind: its target and what stands in it.
-const TEXTS: [(&str, &str); 16] = [
+const TEXTS: [(&str, &str); 20] = [
     ("off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"),
     (
         "ply",
@@ -90,6 +91,19 @@ const TEXTS: [(&str, &str); 16] = [
         ),
     ),
     ("points", "# a cloud\n1 0 0\n0,1,0\n0;0;1\n-1 0 0 2\n0 -1 0\n0 0 -1\n0.6 0.8 0\n"),
+    ("points", "//X,Y,Z,R,G,B\n1,0,0,9,9,9\n0,1.0D+00,0,9,9,9\n"),
+    ("points", "2\n1 0 0 -1200 9 9 9\n0 1 0 7 9 9 9\n"),
+    (
+        "points",
+        "ply\nformat ascii 1.0\nelement camera 1\nproperty list uchar int a\nelement vertex 2\n\
+         property float x\nproperty double y\nproperty float z\nproperty uchar weight\nend_header\n\
+         2 7 8\n1 0 0 1\n0 1 0 2\n",
+    ),
+    (
+        "icgem",
+        "product_type topography\nmax_degree 1\nnorm fully_normalized\nend_of_head ==\n\
+         gfc 0 0 1.0D+00 0\ngfct 1 1 0.1 0.2 0 0 20050101\ngfc 1 0 0.5 0 1e-3 0\n",
+    ),
     ("csv", "degree,power_m2\n0,1.5\n1,0.25\n2,1e-3\n"),
     (
         "csv",
@@ -162,9 +176,28 @@ pub(crate) fn all(package: &Path) -> Result<Vec<Seed>, Box<dyn std::error::Error
     shapes(&mut seeds)?;
     octahedra(&mut seeds)?;
     pictures(&mut seeds)?;
+    seeds.push(("points", "rows".into(), rows(&[[1.0, 0.0, 0.0, 9.0], [0.0, 1.0, 0.0, 9.0]])));
+    seeds.push(("fits", "healpy".into(), healpy_table()));
     let rays: [f64; 8] = [0.0, 0.0, 3.0, 0.1, 0.0, -1.0, 0.0, f64::INFINITY];
     seeds.push(("rays", "ray".into(), rays.iter().flat_map(|x| x.to_le_bytes()).collect()));
     Ok(seeds)
+}
+
+/// Makes the a_lm of degree 1 as healpy does.
+fn healpy_table() -> Vec<u8> {
+    let first = "SIMPLE  = T\nBITPIX  = 8\nNAXIS   = 0\nEND";
+    let second = "XTENSION= 'BINTABLE'\nBITPIX  = 8\nNAXIS   = 2\nNAXIS1  = 20\nNAXIS2  = 3\n\
+        TFIELDS = 3\nTTYPE1  = 'index'\nTFORM1  = 'J'\nTTYPE2  = 'real'\nTFORM2  = 'D'\n\
+        TTYPE3  = 'imag'\nTFORM3  = '1D'\nEND";
+    let mut bytes = Vec::new();
+    for header in [first, second] {
+        bytes.extend(header.lines().flat_map(|card| format!("{card:<80}").into_bytes()));
+        bytes.resize(bytes.len().next_multiple_of(2880), b' ');
+    }
+    for (index, real) in [(1_i32, 3.5_f64), (3, 0.1), (4, 0.2)] {
+        bytes.extend([&index.to_be_bytes()[..], &real.to_be_bytes(), &[0; 8]].concat());
+    }
+    bytes
 }
 
 /// Writes a small shape in every format.

@@ -16,8 +16,9 @@ use harmolux::io::coefficients::{
     ReadOptions, SeriesFormat, WriteOptions, binary, compact, encode, parse,
 };
 use harmolux::io::images::Exr;
+use harmolux::io::points::{self, PointOptions};
 use harmolux::io::scene_file::SceneFile;
-use harmolux::io::{meshes, points, rays, sensor_table, spectra};
+use harmolux::io::{meshes, rays, sensor_table, spectra};
 use harmolux::math::Ray;
 use harmolux::sh::{Coefficients, Convention};
 use harmolux::surface::{Intersector, ShSurface, StepBisection, Surface};
@@ -41,7 +42,7 @@ const QUICK: u64 = 16_000;
 const CHAINS: u64 = 800;
 
 /// All targets.
-pub(crate) const TARGETS: [Target; 24] = [
+pub(crate) const TARGETS: [Target; 26] = [
     ("obj", QUICK, |data| mesh("mesh.obj", data)),
     ("ply", QUICK, |data| mesh("mesh.ply", data)),
     ("stl", QUICK, |data| mesh("mesh.stl", data)),
@@ -52,13 +53,15 @@ pub(crate) const TARGETS: [Target; 24] = [
     ("bshc", QUICK, |data| series(SeriesFormat::Bshc, data)),
     ("npy", QUICK, |data| series(SeriesFormat::Npy, data)),
     ("alm", QUICK, |data| series(SeriesFormat::Alm, data)),
+    ("fits", QUICK, |data| series(SeriesFormat::Fits, data)),
     ("spharm_pdm", QUICK, |data| series(SeriesFormat::SpharmPdm, data)),
     ("aics", QUICK, |data| series(SeriesFormat::Aics, data)),
     ("shadr", QUICK, |data| series(SeriesFormat::Shadr, data)),
+    ("icgem", QUICK, |data| series(SeriesFormat::Icgem, data)),
     ("binary", QUICK, in_binary),
     ("compact", QUICK, in_compact),
     ("scene", QUICK, scene),
-    ("points", QUICK, cloud),
+    ("points", QUICK, in_points),
     ("csv", QUICK, tables),
     ("probe", QUICK, probe),
     ("exr", QUICK, |data| bounded(data, PER_BYTE, |data| drop(Exr::from_bytes(at("a.exr"), data)))),
@@ -82,6 +85,14 @@ fn bounded(data: &[u8], per_byte: usize, read: impl FnOnce(&[u8])) {
 
 fn mesh(name: &str, data: &[u8]) {
     bounded(data, PER_BYTE_OF_OTHERS, |data| drop(meshes::parse(at(name), data)));
+}
+
+/// Reads points, with weights and without.
+fn in_points(data: &[u8]) {
+    for weights in [false, true] {
+        let options = PointOptions { weights };
+        bounded(data, PER_BYTE_OF_OTHERS, |data| drop(points::parse(at("a.xyz"), data, options)));
+    }
 }
 
 /// Reads a coefficient file of a format, with a convention and without.
@@ -150,10 +161,6 @@ fn in_compact(data: &[u8]) {
             }
         });
     }
-}
-
-fn cloud(data: &[u8]) {
-    bounded(data, PER_BYTE_OF_OTHERS, |data| drop(points::parse(at("a.xyz"), data)));
 }
 
 fn scene(data: &[u8]) {
@@ -282,7 +289,7 @@ fn mesh_to_fit(data: &[u8]) {
     if let Ok(fit) = fit(&mesh, &settings) {
         check(&Shape::new(fit.coefficients));
     }
-    if let Ok(points) = points::parse(at("a.xyz"), data)
+    if let Ok(points) = points::parse(at("a.xyz"), data, PointOptions::default())
         && let Ok(fit) = fit_points(&points, &settings)
     {
         check(&Shape::new(fit.coefficients));

@@ -110,7 +110,7 @@ fn record_of_the_planetary_data_system() {
 #[test]
 fn every_format_brings_back_what_every_other_keeps() {
     let start = read("ducc0_alm.npy", &ReadOptions::default());
-    for format in SeriesFormat::ALL {
+    for format in SeriesFormat::ALL.into_iter().filter(|format| format.is_written()) {
         let bytes = encode(
             &start,
             format,

@@ -255,3 +255,41 @@ fn mesh_becomes_a_mesh() {
     desk.refused("convert a.txt b.off", &["meshes are written as .obj, .ply or .stl"]);
     desk.refused("convert a.txt b.txt", &["unrecognised coefficient file", "harmolux fit"]);
 }
+
+#[test]
+fn formats_that_are_read_only_are_not_written() {
+    let desk = desk();
+    for name in ["a.gfc", "a.fits"] {
+        desk.refused(format!("convert rock.txt {name}"), &["is read here and not written: write"]);
+    }
+    desk.put(
+        "topo.gfc",
+        "max_degree 1\nend_of_head\ngfc 0 0 2.0D+00 0\ngfc 1 0 0 0\ngfc 1 1 0 0\n",
+    );
+    let report = desk.json("convert topo.gfc topo.txt");
+    assert_eq!((&report["from"], &report["degree"]), (&"icgem".into(), &1.into()));
+    assert_eq!(desk.json("info topo.txt")["mean_radius"], 2.0);
+}
+
+#[test]
+fn radius_that_is_not_positive_everywhere_has_no_volume() {
+    let desk = desk();
+    desk.put("heights.txt", "0 0 0\n1 0 0.3\n1 1 0.1 0\n");
+    desk.put("rings.txt", "0 0 1\n1 0 0\n1 1 0 0\n2 0 0.9\n2 1 0 0\n2 2 0 0\n");
+    let stated = "--normalisation 4pi";
+    for (name, advised) in [("heights.txt", true), ("rings.txt", false)] {
+        let said = desk.ends(3, format!("info {name} {stated}")).out;
+        assert!(said.contains("volume       none") && said.contains("no closed surface"), "{said}");
+        assert_eq!(said.contains("`--add-radius`"), advised, "{said}");
+        assert_eq!(desk.json_at(3, format!("info {name} {stated}"))["volume"], Value::Null);
+        desk.refused(format!("mesh {name} -o a.ply {stated}"), &[name, "radius"]);
+        for verb in ["convert", "transform"] {
+            let to = if verb == "convert" { "a.dov" } else { "-o a.dov" };
+            let said = desk.done(format!("{verb} {name} {to} {stated} --force")).err;
+            assert!(said.contains("warning: a.dov: no closed surface"), "{said}");
+        }
+    }
+    let info = desk.json(format!("info heights.txt {stated} --add-radius 2km"));
+    assert_eq!(info["mean_radius"], 2000.0);
+    desk.done(format!("mesh heights.txt -o a.ply {stated} --add-radius 1 --force"));
+}

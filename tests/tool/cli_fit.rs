@@ -264,6 +264,113 @@ fn points_are_fitted_by_least_squares() {
 }
 
 #[test]
+fn points_of_every_kind_are_the_same() {
+    let desk = desk();
+    let points: Vec<[f64; 3]> = ellipsoid(300)
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let mut numbers = line.split(',').map(|n| n.parse().expect("a number"));
+            [(); 3].map(|()| numbers.next().expect("three"))
+        })
+        .collect();
+    let rows = |row: &dyn Fn(&[f64; 3]) -> String| points.iter().map(row).collect::<String>();
+    let header = "ply\nformat ascii 1.0\nelement vertex 300\nproperty float red\n\
+                  property double x\nproperty double y\nproperty double z\nend_header\n";
+    desk.put("a.xyz", rows(&|[x, y, z]| format!("{x} {y} {z}\n")));
+    desk.put("normals.txt", rows(&|[x, y, z]| format!("{x}\t{y}\t{z}\t0\t0\t1\n")));
+    desk.put("lidar.asc", rows(&|[x, y, z]| format!("{x} {y} {z} {}\n", 100.0 * z.abs())));
+    let scan = rows(&|[x, y, z]| format!("{x} {y} {z} -1200 255 0 9\n"));
+    desk.put("scan.pts", format!("300\r\n{}", scan.replace('\n', "\r\n")));
+    let named = rows(&|[x, y, z]| format!("7;{z};{y};{x}\n"));
+    desk.put("named.csv", format!("id;Z;Y;X\n{named}"));
+    let axes = rows(&|[x, y, z]| format!("0,{x},{y},{z}\n"));
+    desk.put("napari.csv", format!("index,axis-0,axis-1,axis-2\n{axes}"));
+    let compared = rows(&|[x, y, z]| format!("{x},{y},{z},0.5,0.5,0.5\n"));
+    desk.put("compare.csv", format!("//X,Y,Z,Rf,Gf,Bf\n{compared}"));
+    desk.put("cloud.ply", header.to_owned() + &rows(&|[x, y, z]| format!("9 {x} {y} {z}\n")));
+    desk.put("rows.npy", harmolux::io::npy::rows(&points));
+    let expected = desk.json("a.xyz -l 4 -o a.txt");
+    for name in [
+        "normals.txt",
+        "lidar.asc",
+        "scan.pts",
+        "named.csv",
+        "napari.csv",
+        "compare.csv",
+        "cloud.ply",
+        "rows.npy",
+    ] {
+        let fit = desk.json(format!("{name} -l 4 -o {name}.txt"));
+        for key in ["points", "mean_radius", "rms", "standard_error"] {
+            assert_eq!(fit[key], expected[key], "{name}, {key}");
+        }
+    }
+    // A fourth column is a weight only when that is said.
+    let weighted = desk.json("lidar.asc -l 4 -o w.txt --weights");
+    assert_ne!(weighted["mean_radius"], expected["mean_radius"]);
+    desk.refused("a.xyz -l 4 -o b.txt --weights", &["there are no weights here"]);
+    desk.put("cube.obj", cube(1.0));
+    desk.refused("cube.obj -l 4 -o b.txt --weights", &["a mesh has no weights", "`--weights`"]);
+}
+
+#[test]
+fn gap_between_points_is_told_by_the_standard_error() {
+    let desk = desk();
+    let all = ellipsoid(600);
+    let is_upper = |line: &&str| !line.split(',').nth(2).is_some_and(|z| z.starts_with('-'));
+    let upper = all.lines().filter(is_upper);
+    desk.put("half.csv", upper.collect::<Vec<_>>().join("\n") + "\n");
+    let fit = desk.json("half.csv -l 6 -o a.txt");
+    let [rms, error, largest] =
+        ["rms", "standard_error", "largest_standard_error"].map(|key| number(&fit, key));
+    assert!(error > 10.0 * rms && largest > error, "{fit}");
+    let said = desk.done("half.csv -l 6 -o b.txt").err;
+    assert_says(&said, &["warning: the points leave the series uncertain", "lambda 1e-6", "`-l`"]);
+    desk.put("all.csv", &all);
+    let said = desk.done("all.csv -l 12 -o c.txt").err;
+    assert!(!said.contains("warning"), "{said}");
+}
+
+#[test]
+fn poor_fit_is_warned_of_and_counts_in_the_table() {
+    let desk = desk();
+    desk.put(
+        "bar.obj",
+        prism(&[[-4.0, -1.0], [4.0, -1.0], [4.0, 1.0], [-4.0, 1.0]], [-1.0, 1.0], &[[0, 1, 2, 3]]),
+    );
+    let said = desk.done("bar.obj -l 0 -o a.txt").err;
+    assert_says(&said, &["warning: the series is off by", "of the mean radius (RMS)", "`-l`"]);
+    desk.put("cube.obj", cube(1.0));
+    desk.done("bar.obj cube.obj -l 4 -o out");
+    let table = desk.text("out/fits.csv");
+    let rows: Vec<&str> = table.lines().collect();
+    assert!(rows[0].contains(",warning,error,"), "{table}");
+    assert!(rows[1].contains("the series is off by") && !rows[2].contains("off by"), "{table}");
+}
+
+#[test]
+fn parametric_surface_of_spharm_pdm_is_fitted() {
+    let desk = desk();
+    // An ellipsoid of half axes 1, 2, 3: of a ball the numbers are -2.894405 (x, y) and 2.046653.
+    desk.put(
+        "skull.coef",
+        "{ 4,{0, 0, 0},\n{0, 0, 6.139960},\n{-2.894405, 0, 0},\n{0, -5.788810, 0}}",
+    );
+    let exact = 8.0 * std::f64::consts::PI;
+    let fit = desk.json("skull.coef -l 4 -o a.txt");
+    assert!((number(&fit, "mesh_volume") / exact - 1.0).abs() <= 1e-3, "{fit}");
+    let desk = Desk::new().with("skull.coef", desk.text("skull.coef"));
+    let info = desk.json("info skull.coef --unit mm");
+    assert!((number(&info, "volume") / (1e-9 * exact) - 1.0).abs() <= 1e-3, "{info}");
+    desk.done("convert skull.coef skull.ply");
+    assert!((number(&desk.json("info skull.ply"), "volume") / exact - 1.0).abs() <= 1e-3);
+    desk.refused("convert skull.coef b.txt", &["no radial shape", "`harmolux fit`"]);
+    desk.put("rock.txt", "0 0 1\n1 0 0.1\n1 1 0 0\n");
+    desk.refused("fit rock.txt -l 0 -o c.txt", &["these are coefficients already"]);
+}
+
+#[test]
 fn points_that_cannot_be_fitted_are_refused() {
     let desk = desk();
     desk.put("few.xyz", "1 0 0\n0 1 0\n0 0 1\n");

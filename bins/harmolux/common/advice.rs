@@ -36,7 +36,15 @@ pub(crate) fn in_flags(advice: &Advice) -> String {
         Advice::AcceptFolds => {
             "raise `--not-star-limit`, give another centre, or cut the mesh in parts".to_owned()
         }
-        Advice::FitSurface => format!("{advice} with `harmolux fit`"),
+        Advice::FitSurface => {
+            "fit its surface with `harmolux fit`, or make a mesh of it: `harmolux convert` to .ply"
+                .to_owned()
+        }
+        Advice::AddRadius => {
+            "if these are heights, add their reference radius with `--add-radius` (as `harmolux \
+             convert` does)"
+                .to_owned()
+        }
         Advice::StateFormat(names) => format!("say its format with `--from`: {names}"),
         Advice::ReadAsText => "read a table without header with `--from text`".to_owned(),
         Advice::StateConvention => {

@@ -12,6 +12,7 @@ use harmolux::mesh::UpAxis;
 use harmolux::sh::{CondonShortley, Convention, Normalisation};
 
 use crate::common::repairs::Repairs;
+use crate::common::values::length;
 
 /// What verbs that run a scene have in common
 #[derive(Debug, Args)]
@@ -73,6 +74,9 @@ pub(crate) struct SeriesReading {
     /// The unit of a coefficient file that does not state it [default: m]
     #[arg(long, value_parser = choices::<Unit>())]
     pub(crate) unit: Option<Unit>,
+    /// Add this radius, metres or with its unit, to a file of heights above it
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    pub(crate) add_radius: Option<f64>,
     /// The row of a table that holds several shapes, counted from 1
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) row: Option<u32>,
@@ -85,6 +89,7 @@ impl SeriesReading {
             format: self.from,
             convention: self.habits.convention(),
             unit: self.unit.map(Unit::metres),
+            add_radius: self.add_radius,
             row: self.row.map(|row| row as usize),
         }
     }

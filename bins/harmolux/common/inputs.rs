@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use harmolux::Result;
-use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat};
+use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, spharm_pdm};
 use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::meshes::{self, MeshFormat};
-use harmolux::io::points;
+use harmolux::io::points::{self, PointOptions};
 use harmolux::mesh::{Mesh, Points, RepairReport};
 
 use crate::common::flags::MeshHabits;
@@ -23,16 +23,20 @@ pub(crate) struct MeshRead {
 /// Reads a mesh, turns it to metres, z up, and repairs it if asked to.
 pub(crate) fn read_mesh(input: Input, habits: &MeshHabits) -> Result<MeshRead> {
     let path = input.path();
-    let (mesh, read) = read_bare_mesh(input)?;
+    let (mesh, read) = read_surface(input)?;
     let mesh = mesh.with_up(habits.up).scaled(habits.unit.metres())?;
     let (mesh, repair) = habits.repairs.apply(path, mesh)?;
     Ok(MeshRead { mesh, repair, files: read })
 }
 
-/// Reads a mesh as it stands in its file, and says what was passed over.
-pub(crate) fn read_bare_mesh(input: Input) -> Result<(Mesh, FilesRead)> {
-    let path = input.path();
-    let (mesh, read) = meshes::read_input(input)?;
+/// Reads a mesh as it stands in its file, or the parametric surface of SPHARM-PDM as one, and says
+/// what was passed over.
+pub(crate) fn read_surface(mut input: Input) -> Result<(Mesh, FilesRead)> {
+    let (path, length) = (input.path(), input.length());
+    let (mesh, read) = match coefficients::recognise_content(input.ahead()?, length) {
+        Some(SeriesFormat::SpharmPdm) => spharm_pdm::read_surface(input),
+        _ => meshes::read_input(input),
+    }?;
     for remark in &read.remarks {
         say::note(&format!("{}: {remark}", path.display()));
     }
@@ -49,19 +53,29 @@ pub(crate) fn files(path: &Path) -> Result<FilesRead> {
     }
 }
 
-/// Whether a file holds points: its name says it, or its beginning where that is of no mesh.
+/// Whether a file holds points: its content has their mark, its name says it, or its beginning
+/// where that is neither of a mesh nor of coefficients.
 pub(crate) fn holds_points(input: &mut Input) -> Result<bool> {
     let (path, length) = (input.name(), input.length());
-    if points::is_points(path) || MeshFormat::of_extension(path).is_some() {
-        return Ok(points::is_points(path));
-    }
     let head = input.ahead()?;
-    Ok(meshes::recognise(head, length).is_none() && points::recognise(head))
+    if points::is_marked(head) || points::is_points(path) {
+        return Ok(true);
+    }
+    if MeshFormat::of_extension(path).is_some() {
+        return Ok(false);
+    }
+    let is_other = meshes::recognise(head, length).is_some()
+        || coefficients::recognise_content(head, length).is_some();
+    Ok(!is_other && points::recognise(head))
 }
 
 /// Reads a point file and turns it to metres, z up.
-pub(crate) fn read_points(input: Input, habits: &MeshHabits) -> Result<(Points, FilesRead)> {
-    let (mut cloud, read) = points::read_input(input)?;
+pub(crate) fn read_points(
+    input: Input,
+    options: PointOptions,
+    habits: &MeshHabits,
+) -> Result<(Points, FilesRead)> {
+    let (mut cloud, read) = points::read_input(input, options)?;
     cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * habits.up.to_z(*p));
     Ok((cloud, read))
 }

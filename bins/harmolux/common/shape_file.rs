@@ -2,10 +2,32 @@
 
 use std::path::Path;
 
-use harmolux::Result;
 use harmolux::fit::Shape;
 use harmolux::io::coefficients::{SeriesFormat, Tolerance, WriteOptions, encode};
 use harmolux::io::output::Output;
+use harmolux::sh::require_positive;
+use harmolux::{Error, Result};
+
+use crate::common::{advice, say};
+
+/// The highest degree of which it is looked for certain whether the radius is positive: above it
+/// that takes longer than most of what is done with a file.
+const LOOKED_AT: usize = 360;
+
+/// Warns of a shape whose radius is not positive in every direction, which is no surface.
+pub(crate) fn warn_of_no_surface(path: &Path, shape: &Shape) -> Result<()> {
+    if shape.coefficients.lmax() > LOOKED_AT {
+        return Ok(());
+    }
+    match require_positive(&shape.coefficients) {
+        Err(error @ (Error::Geometry(_) | Error::Advised { .. })) => {
+            let said = advice::told(&error);
+            say::warning(&format!("{}: no closed surface: {said}", path.display()));
+            Ok(())
+        }
+        other => other,
+    }
+}
 
 /// A coefficient file that can be written.
 #[derive(Debug)]
@@ -17,6 +39,7 @@ pub(crate) struct ShapeFile {
 /// Checks that a coefficient file can be written, before the work.
 pub(crate) fn open(path: &Path, force: bool) -> Result<ShapeFile> {
     let format = SeriesFormat::of_extension(path).unwrap_or(SeriesFormat::Text);
+    format.require_written()?;
     Ok(ShapeFile { output: Output::open(path, &format.kind(), force)?, format })
 }
 

@@ -101,6 +101,7 @@ pub(crate) fn length(text: &str) -> Result<f64, String> {
     let split = text.find(|c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E');
     let (number, unit) = text.split_at(split.unwrap_or(text.len()));
     let metres = match unit {
+        "km" => 1e3,
         "" | "m" => 1.0,
         "cm" => 0.01,
         "mm" => 1e-3,
@@ -111,7 +112,7 @@ pub(crate) fn length(text: &str) -> Result<f64, String> {
     match number.trim().parse::<f64>().map(|n| n * metres) {
         Ok(length) if length > 0.0 && length.is_finite() => Ok(length),
         _ => Err(
-            "write a positive length in metres or with its unit (m, cm, mm, um, in), such as 0.1mm"
+            "write a positive length in metres or with its unit (km, m, cm, mm, um, in), such as 0.1mm"
                 .into(),
         ),
     }

@@ -1,5 +1,6 @@
 //! `harmolux convert` from mesh to mesh.
 
+use harmolux::io::coefficients::SeriesFormat;
 use harmolux::io::input::Input;
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::io::output::Output;
@@ -8,7 +9,7 @@ use harmolux::{Error, Result};
 use serde_json::json;
 
 use crate::common::exit::Code;
-use crate::common::inputs::{read_bare_mesh, series_format};
+use crate::common::inputs::{read_surface, series_format};
 use crate::common::{paths, say};
 use crate::convert::Convert;
 
@@ -25,13 +26,14 @@ fn convert(verb: &Convert, as_json: bool) -> Result<Code> {
     let format = MeshFormat::for_writing(&verb.output)?;
     let output = Output::open(&verb.output, &format.kind(), verb.force)?;
     let mut input = Input::open(&verb.input)?;
-    if series_format(&mut input, &verb.reading.options())?.is_some() {
+    let holds = series_format(&mut input, &verb.reading.options())?;
+    if holds.is_some_and(|format| format != SeriesFormat::SpharmPdm) {
         return Err(Error::Parameter(format!(
             "{}: these are coefficients: `harmolux mesh` makes a mesh of them",
             verb.input.display()
         )));
     }
-    let mesh = read_bare_mesh(input)?.0;
+    let mesh = read_surface(input)?.0;
     let mesh = mesh.scaled(verb.reading.unit.map_or(1.0, Unit::metres))?;
     let bytes = meshes::encode(&mesh, format)?;
     output.write(&bytes)?;
@@ -64,6 +66,7 @@ fn check_options(verb: &Convert) -> Result<()> {
         (reading.from.is_some(), "--from"),
         (reading.habits.normalisation.is_some(), "--normalisation"),
         (reading.row.is_some(), "--row"),
+        (reading.add_radius.is_some(), "--add-radius"),
         (verb.to_normalisation.is_some(), "--to-normalisation"),
         (verb.to_csphase.is_some(), "--to-csphase"),
         (verb.degree.is_some(), "--degree"),

@@ -20,6 +20,7 @@ use crate::common::flags::{SeriesReading, formats};
 use crate::common::inputs::series_format;
 use crate::common::paths;
 use crate::common::say::{self, point};
+use crate::common::shape_file::warn_of_no_surface;
 use crate::common::values::tolerance;
 
 /// Convert coefficients, or a mesh, between formats
@@ -81,6 +82,7 @@ pub(crate) fn run(verb: &Convert, as_json: bool) -> Result<Code> {
     let options = WriteOptions { convention, tolerance };
     let bytes = coefficients::encode(&shape, format, &options)?;
     output.write(&bytes)?;
+    warn_of_no_surface(&verb.output, &shape)?;
     let lost = lost(&shape, format);
     report(verb, &lost, format, convention);
     if as_json {
@@ -136,13 +138,16 @@ fn read(verb: &Convert) -> Result<Read> {
 
 /// Chooses the format to write.
 fn format(verb: &Convert) -> Result<SeriesFormat> {
-    verb.to.or_else(|| SeriesFormat::of_extension(&verb.output)).ok_or_else(|| {
-        let names = SeriesFormat::ALL.map(SeriesFormat::name).join(", ");
+    let format = verb.to.or_else(|| SeriesFormat::of_extension(&verb.output)).ok_or_else(|| {
+        let written = SeriesFormat::ALL.into_iter().filter(|format| format.is_written());
+        let names = written.map(SeriesFormat::name).collect::<Vec<_>>().join(", ");
         Error::Parameter(format!(
             "{}: this extension is of no coefficient format: say it with `--to`: {names}",
             verb.output.display()
         ))
-    })
+    })?;
+    format.require_written()?;
+    Ok(format)
 }
 
 /// Chooses the convention to write, which some formats have by definition.

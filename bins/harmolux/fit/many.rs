@@ -17,14 +17,14 @@ use crate::common::inputs::files;
 use crate::common::progress::Meter;
 use crate::common::shape_file;
 use crate::common::{interrupt, say};
-use crate::fit::report::ringing;
+use crate::fit::report::warnings;
 use crate::fit::{Fit, Fitted, ProjectionName, fit_file, settings, write};
 
 /// One mesh, done or refused.
 struct Row {
     cells: Vec<Cell>,
     error: Option<Error>,
-    warning: Option<String>,
+    warnings: Vec<String>,
 }
 
 impl Row {
@@ -65,7 +65,7 @@ fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
     );
     drop(meter);
     let rows: Vec<Row> = results.into_iter().flatten().collect::<Result<_>>()?;
-    for (row, warning) in rows.iter().filter_map(|row| Some((row, row.warning.as_ref()?))) {
+    for (row, warning) in rows.iter().flat_map(|row| row.warnings.iter().map(move |w| (row, w))) {
         say::warning(&format!("{}: {warning}", row.name()));
     }
     let failed = rows.iter().filter(|row| row.error.is_some()).map(Row::name).collect::<Vec<_>>();
@@ -127,14 +127,14 @@ fn name_of(mesh: &Path) -> Cell {
 /// Returns what a fit follows from.
 fn key_of(verb: &Fit, read: &FilesRead) -> String {
     let settings = settings(verb, ProjectionName::Conforming);
-    key(read, &(settings, verb.projection.is_some(), &verb.habits))
+    key(read, &(settings, verb.projection.is_some(), verb.weights, &verb.habits))
 }
 
 impl Task {
     /// Fits, and writes the row and the coefficients. What goes wrong with one mesh is its row's.
     fn finish(self, verb: &Fit, table: &GrowingTable) -> Result<Row> {
         let (mesh, output) = match self {
-            Self::Done(cells) => return Ok(Row { cells, error: None, warning: None }),
+            Self::Done(cells) => return Ok(Row { cells, error: None, warnings: Vec::new() }),
             Self::Fit(mesh, output) => (mesh, output),
         };
         let started = Instant::now();
@@ -148,16 +148,13 @@ impl Task {
         let written = table.append_with(&row, || {
             let (output, (fitted, files)) = fitted?;
             write(verb, &fitted, files.file.source(), output)?;
-            Ok(match &fitted {
-                Fitted::Mesh(fit) => ringing(verb, fit),
-                Fitted::Points(_) => None,
-            })
+            Ok(warnings(verb, &fitted))
         })?;
         Ok(match written {
-            Ok(warning) => Row { cells: row, error: None, warning },
+            Ok(warnings) => Row { cells: row, error: None, warnings },
             Err(error) => {
                 let cells = cells(Err(&error));
-                Row { cells, error: Some(error), warning: None }
+                Row { cells, error: Some(error), warnings: Vec::new() }
             }
         })
     }
@@ -182,6 +179,7 @@ fn columns() -> Table {
         "mesh_area",
         "folded_share",
         "seconds",
+        "warning",
         "error",
         KEY,
     ])
@@ -222,6 +220,8 @@ fn cells(
         Err(_) => cells.extend(vec![Cell::Empty; 14]),
     }
     cells.push(Cell::Number(seconds));
+    let said = fitted.ok().map(|(fitted, _)| warnings(verb, fitted).join("; "));
+    cells.push(said.filter(|text| !text.is_empty()).into());
     cells.push(fitted.err().map(ToString::to_string).into());
     cells.push(fitted.ok().map(|(_, read)| key_of(verb, read)).into());
     cells

@@ -8,16 +8,17 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use harmolux::Result;
 use harmolux::error::shown_path;
 use harmolux::fit::Envelope;
 use harmolux::fit::Shape;
 use harmolux::fit::{
     Fit as MeshFit, FitSettings, FoldPolicy, PointFit, Projection, Source, fit, fit_points,
 };
-use harmolux::io::coefficients::Tolerance;
+use harmolux::io::coefficients::{self, SeriesFormat, Tolerance};
 use harmolux::io::input::{FilesRead, Input};
+use harmolux::io::points::PointOptions;
 use harmolux::sh::Filter;
+use harmolux::{Error, Result};
 
 use crate::common::about::about;
 use crate::common::exit::Code;
@@ -32,9 +33,10 @@ use crate::common::values::{point, tolerance};
 /// The extension chooses the format: .txt is text as pyshtools reads it (4pi normalisation, no
 /// Condon-Shortley phase), .hxc the compact form, see `convert`; metres, z up. Several meshes are
 /// fitted into a folder, with one table of all, fits.csv, which grows as they are done: a run that
-/// was ended goes on when it is started again; --force begins anew. Points (.xyz, .csv: x y z and
-/// perhaps a weight a line) are fitted by least squares, about the origin if it lies within their
-/// bounds, else about their mean.
+/// was ended goes on when it is started again; --force begins anew. Points are fitted by least
+/// squares, about the origin if it lies within their bounds, else about their mean: x y z a line or
+/// columns of these names (.xyz, .pts, .asc, .txt, .csv), PLY without faces, rows of an array
+/// (.npy); intensities, colours and normals beside them are passed over.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux fit head.obj -l 32 -o head.txt
@@ -44,8 +46,7 @@ use crate::common::values::{point, tolerance};
   harmolux fit scan.xyz -l 12 -o scan.txt --lambda 1e-6
   harmolux fit *.obj -l 16 -o fits")]
 pub(crate) struct Fit {
-    /// The meshes (OBJ, PLY, STL, OFF or glTF), closed and star-shaped about some point, or point
-    /// files (.xyz, .csv)
+    /// The meshes (OBJ, PLY, STL, OFF or glTF), closed and star-shaped about some point, or points
     #[arg(required = true, value_name = "MESH")]
     pub(crate) meshes: Vec<PathBuf>,
     /// The truncation degree lmax: (lmax + 1)^2 coefficients
@@ -66,6 +67,9 @@ pub(crate) struct Fit {
     /// Damp the Laplacian of a least-squares fit: Tikhonov's factor of l^2 (l+1)^2
     #[arg(long, default_value_t = 0.0)]
     pub(crate) lambda: f64,
+    /// Weigh points by their fourth column; one called weight or w counts without this
+    #[arg(long)]
+    pub(crate) weights: bool,
     /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else
     /// one near the centroid]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
@@ -139,9 +143,23 @@ fn is_folder(output: &Path) -> bool {
 pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<(Fitted, FilesRead)> {
     let mut input = Input::open(path)?;
     if holds_points(&mut input)? {
-        let (cloud, files) = read_points(input, &verb.habits)?;
+        let (cloud, files) =
+            read_points(input, PointOptions { weights: verb.weights }, &verb.habits)?;
         let fitted = fit_points(&cloud, &settings(verb, ProjectionName::LeastSquares));
         return fitted.map(|f| (Fitted::Points(f), files)).map_err(|e| about(path, e));
+    }
+    let length = input.length();
+    let series = coefficients::recognise_content(input.ahead()?, length);
+    if series.is_some_and(|format| format != SeriesFormat::SpharmPdm) {
+        let text = format!(
+            "{}: these are coefficients already: `harmolux convert -l` cuts them at a degree",
+            path.display()
+        );
+        return Err(Error::Parameter(text));
+    }
+    if verb.weights {
+        let text = format!("{}: a mesh has no weights: leave out `--weights`", path.display());
+        return Err(Error::Parameter(text));
     }
     let MeshRead { mesh, files, .. } = read_mesh(input, &verb.habits)?;
     let fitted = fit(&mesh, &settings(verb, ProjectionName::Conforming));

@@ -10,8 +10,64 @@ use serde_json::{Value, json};
 use crate::common::{paths, progress, say};
 use crate::fit::{Fit, Fitted};
 
+/// The part of the mean radius from which an RMS error of a fit, or a standard error in one
+/// direction, is warned of; and from which an RMS standard error is.
+const POOR: f64 = 0.05;
+const UNCERTAIN: f64 = 0.01;
+
+/// Lists what is to be minded of a fit, and what helps.
+pub(crate) fn warnings(verb: &Fit, fitted: &Fitted) -> Vec<String> {
+    match fitted {
+        Fitted::Mesh(fit) => {
+            let poor =
+                poor(fit.error.rms, &fit.coefficients, "look at the mesh with `harmolux check`");
+            ringing(verb, fit).into_iter().chain(poor).collect()
+        }
+        Fitted::Points(fit) => {
+            let poor =
+                poor(fit.rms, &fit.coefficients, "look for points that are no part of the shape");
+            poor.into_iter().chain(uncertain(verb, fit)).collect()
+        }
+    }
+}
+
+/// Says that a series is far from what it stands for.
+fn poor(rms: f64, series: &Coefficients, look: &str) -> Option<String> {
+    let part = rms / series.mean().abs();
+    (part > POOR).then(|| {
+        format!(
+            "the series is off by {} of the mean radius (RMS): raise the degree, `-l`, choose another \
+             centre, `--centre`, or {look}",
+            say::percent(part)
+        )
+    })
+}
+
+/// Says that the points do not tell the series well.
+fn uncertain(verb: &Fit, fit: &PointFit) -> Option<String> {
+    let (error, mean) = (fit.error?, fit.coefficients.mean().abs());
+    let lambda = match verb.lambda {
+        0.0 => "`--lambda 1e-6`".to_owned(),
+        lambda => format!("a `--lambda` above {lambda}"),
+    };
+    (error.rms > UNCERTAIN * mean || error.largest > POOR * mean).then(|| {
+        format!(
+            "the points leave the series uncertain, by {} of the mean radius (RMS) and by {} {}: they \
+             have a gap, or are few; lower the degree, `-l`, or damp the series, {lambda}",
+            say::percent(error.rms / mean),
+            say::percent(error.largest / mean),
+            towards(error.direction)
+        )
+    })
+}
+
+fn towards(direction: DVec3) -> String {
+    let [x, y, z] = direction.to_array().map(|v| format!("{v:.2}"));
+    format!("towards ({x}, {y}, {z})")
+}
+
 /// Says that a series rings, and what helps; nothing where it does not.
-pub(crate) fn ringing(verb: &Fit, fit: &MeshFit) -> Option<String> {
+fn ringing(verb: &Fit, fit: &MeshFit) -> Option<String> {
     let target = if fit.folds.is_some() { "the envelope" } else { "the mesh" };
     let advice = match verb.filter {
         Some(Filter::Lanczos) => "even with `--filter lanczos`: lower the degree, `-l`",
@@ -29,9 +85,7 @@ pub(crate) fn ringing(verb: &Fit, fit: &MeshFit) -> Option<String> {
 
 /// Prints the report.
 pub(crate) fn print(verb: &Fit, fitted: &Fitted, elapsed: Duration, as_json: bool) {
-    if let Fitted::Mesh(fit) = fitted
-        && let Some(warning) = ringing(verb, fit)
-    {
+    for warning in warnings(verb, fitted) {
         say::warning(&warning);
     }
     if as_json {
@@ -95,7 +149,6 @@ fn mesh_json(fit: &MeshFit) -> Value {
 
 fn points_json(fit: &PointFit) -> Value {
     let lmax = fit.coefficients.lmax();
-    let standard_error = fit.standard_error();
     json!({
         "degree": lmax,
         "coefficients": fit.coefficients.count(),
@@ -105,7 +158,9 @@ fn points_json(fit: &PointFit) -> Value {
         "mean_radius": fit.coefficients.mean(),
         "rms": fit.rms,
         "max": fit.max,
-        "standard_error": standard_error.is_finite().then_some(standard_error),
+        "standard_error": fit.error.map(|e| e.rms),
+        "largest_standard_error": fit.error.map(|e| e.largest),
+        "largest_standard_error_towards": fit.error.map(|e| e.direction.to_array()),
         "projection_seconds": fit.projection_time.as_secs_f64(),
     })
 }
@@ -162,10 +217,11 @@ fn mesh_pairs(fit: &MeshFit) -> Vec<(&'static str, String)> {
 
 fn points_pairs(fit: &PointFit) -> Vec<(&'static str, String)> {
     let mean = fit.coefficients.mean();
-    let scatter = match fit.standard_error() {
-        e if e.is_finite() => format!("{}, if the points scatter independently", relative(e, mean)),
-        _ => "unknown: no more points than coefficients".to_owned(),
-    };
+    let scatter = fit.error.map_or("unknown: no more points than coefficients".to_owned(), |e| {
+        let largest = format!("{} {}", relative(e.largest, mean), towards(e.direction));
+        let rms = relative(e.rms, mean);
+        format!("{rms} (RMS), at most {largest}, if the points scatter independently")
+    });
     vec![
         degree(&fit.coefficients),
         ("points", fit.count.to_string()),

@@ -10,16 +10,19 @@ mod adaptive;
 mod chord_error;
 mod icosphere;
 mod lat_long;
+mod parametric;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::error::Advice;
 use crate::math::require_measurable;
 use crate::mesh::Mesh;
-use crate::sh::{Coefficients, Evaluator};
+use crate::sh::{Coefficients, Evaluator, require_positive};
 use crate::{Error, Result, memory};
 
 pub use chord_error::ChordError;
+pub use parametric::parametric_mesh;
 
 /// The most faces a tessellation may have.
 pub const MAX_FACES: usize = 1 << 25;
@@ -127,7 +130,8 @@ pub fn tessellate(
     resolution: Resolution,
 ) -> Result<Tessellation> {
     resolution.check(coefficients.mean())?;
-    require_measurable("the mean radius", coefficients.mean().abs())?;
+    require_measurable("the mean radius", coefficients.mean().abs())
+        .map_err(|e| e.advise(Advice::AddRadius))?;
     ask_for(resolution.faces().unwrap_or(0))?;
     let series = Evaluator::new(coefficients)?;
     let sphere = match resolution {
@@ -136,6 +140,8 @@ pub fn tessellate(
         Resolution::Adaptive { tolerance } => adaptive::adaptive(&series, tolerance)?,
     };
     let points = lift(&series, &sphere.directions)?;
+    // Between the vertices, too.
+    require_positive(coefficients)?;
     let corners: Vec<[DVec3; 3]> =
         sphere.triangles.iter().map(|t| t.map(|v| points[v as usize])).collect();
     let chord_error = chord_error::chord_error(&series, &corners)?;
@@ -153,14 +159,17 @@ fn ask_for(faces: usize) -> Result<()> {
 fn lift(series: &Evaluator, directions: &[DVec3]) -> Result<Vec<DVec3>> {
     let radii: Vec<f64> = directions.par_iter().map(|w| series.value(*w)).collect();
     if let Some(i) = radii.iter().position(|r| !(*r > 0.0 && r.is_finite())) {
-        return Err(Error::Geometry(format!(
+        let error = Error::Geometry(format!(
             "the radius towards {:.3} is {:.3e} (mean radius {:.3e}), but a surface needs a \
              positive one everywhere; choose another centre, or lower the degree or filter the \
              series if it rings",
             directions[i],
             radii[i],
             series.coefficients().mean()
-        )));
+        ));
+        // A mean of heights tells nothing of their radius.
+        let are_heights = series.coefficients().mean() <= -radii[i];
+        return Err(if are_heights { error.advise(Advice::AddRadius) } else { error });
     }
     Ok(directions.iter().zip(radii).map(|(w, r)| r * *w).collect())
 }

@@ -67,12 +67,12 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
 }
 
 /// Finds lmax from the number of a_lm.
-fn degree(count: usize) -> Option<usize> {
+pub(super) fn degree(count: usize) -> Option<usize> {
     let lmax = (2 * count).isqrt().checked_sub(1)?;
     (count > 0 && (lmax + 1) * (lmax + 2) / 2 == count).then_some(lmax)
 }
 
-fn series(values: &[(f64, f64)], lmax: usize) -> Result<Coefficients, String> {
+pub(super) fn series(values: &[(f64, f64)], lmax: usize) -> Result<Coefficients, String> {
     if let Some(i) = values.iter().position(|(re, im)| !(re.is_finite() && im.is_finite())) {
         return Err(format!("number {i} of the a_lm is not finite"));
     }

@@ -24,12 +24,16 @@ pub enum SeriesFormat {
     Npy,
     /// The complex a_lm of healpy and ducc0, order by order, in NumPy's file.
     Alm,
+    /// The complex a_lm of healpy in FITS. It is read only.
+    Fits,
     /// The x, y, z set of SPHARM-PDM and SlicerSALT.
     SpharmPdm,
     /// The table of aics-shparam: a column for each coefficient, a row for each shape.
     Aics,
     /// The ASCII data record of NASA's Planetary Data System.
     Shadr,
+    /// The table of the International Centre for Global Earth Models. It is read only.
+    Icgem,
     /// Our binary form.
     Binary,
     /// Our compact form.
@@ -38,15 +42,17 @@ pub enum SeriesFormat {
 
 impl SeriesFormat {
     /// Lists all.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Text,
         Self::Dov,
         Self::Bshc,
         Self::Npy,
         Self::Alm,
+        Self::Fits,
         Self::SpharmPdm,
         Self::Aics,
         Self::Shadr,
+        Self::Icgem,
         Self::Binary,
         Self::Compact,
     ];
@@ -59,9 +65,11 @@ impl SeriesFormat {
             Self::Bshc => "bshc",
             Self::Npy => "npy",
             Self::Alm => "alm",
+            Self::Fits => "fits",
             Self::SpharmPdm => "spharm-pdm",
             Self::Aics => "aics",
             Self::Shadr => "shadr",
+            Self::Icgem => "icgem",
             Self::Binary => "binary",
             Self::Compact => "compact",
         }
@@ -75,9 +83,11 @@ impl SeriesFormat {
             Self::Bshc => "a bshc file",
             Self::Npy => "an array of coefficients",
             Self::Alm => "an array of complex a_lm",
+            Self::Fits => "a FITS table of complex a_lm",
             Self::SpharmPdm => "a SPHARM-PDM file",
             Self::Aics => "an aics-shparam table",
             Self::Shadr => "a SHADR table",
+            Self::Icgem => "an ICGEM table",
             Self::Binary => "a binary coefficient file",
             Self::Compact => "a compact coefficient file",
         }
@@ -90,9 +100,11 @@ impl SeriesFormat {
             Self::Dov => &["dov"],
             Self::Bshc => &["bshc"],
             Self::Npy | Self::Alm => &["npy"],
+            Self::Fits => &["fits"],
             Self::SpharmPdm => &["coef"],
             Self::Aics => &["csv"],
             Self::Shadr => &["tab", "sha"],
+            Self::Icgem => &["gfc"],
             Self::Binary => &["hxb"],
             Self::Compact => &["hxc"],
         }
@@ -123,7 +135,7 @@ impl SeriesFormat {
         let orthonormal =
             Convention { normalisation: Normalisation::Orthonormal, phase: CondonShortley::With };
         match self {
-            Self::Alm | Self::SpharmPdm => Some(orthonormal),
+            Self::Alm | Self::Fits | Self::SpharmPdm => Some(orthonormal),
             // The table's longitude is counted from -x: the turn by pi is the sign (-1)^m.
             Self::Aics => Some(Convention {
                 normalisation: Normalisation::FourPi,
@@ -144,6 +156,28 @@ impl SeriesFormat {
     /// from.
     pub const fn keeps_source(self) -> bool {
         matches!(self, Self::Text | Self::Dov | Self::Binary | Self::Compact)
+    }
+
+    /// Whether files of this format are written, not only read.
+    pub const fn is_written(self) -> bool {
+        !matches!(self, Self::Fits | Self::Icgem)
+    }
+
+    /// Makes sure that files of this format are written.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a format that is read only.
+    pub fn require_written(self) -> Result<()> {
+        if self.is_written() { Ok(()) } else { Err(self.read_only()) }
+    }
+
+    /// Returns the error that files of this format are not written.
+    pub(super) fn read_only(self) -> Error {
+        let instead = match self {
+            Self::Fits => "an array of complex a_lm, alm (.npy)",
+            _ => "a coefficient text, text (.txt)",
+        };
+        Error::Parameter(format!("{} is read here and not written: write {instead}", self.noun()))
     }
 
     /// Whether numbers are rounded to a tolerance.
@@ -191,6 +225,12 @@ mod tests {
                 let found = SeriesFormat::of_extension(Path::new(&path)).expect("an extension");
                 assert_eq!(found.extensions(), format.extensions());
             }
+        }
+        for (format, instead) in
+            [(SeriesFormat::Fits, "alm (.npy)"), (SeriesFormat::Icgem, "text (.txt)")]
+        {
+            let message = format.require_written().expect_err("read only").to_string();
+            assert!(message.ends_with(instead), "{message}");
         }
         assert!("shtool".parse::<SeriesFormat>().is_err());
         assert_eq!(SeriesFormat::of_extension(Path::new("head.obj")), None);

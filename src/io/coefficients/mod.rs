@@ -8,12 +8,14 @@ mod recognise;
 mod rows;
 
 pub mod aics_csv;
+pub mod alm_fits;
 pub mod alm_npy;
 pub mod binary;
 pub mod bshc;
 pub mod cilm_npy;
 pub mod compact;
 pub mod dov;
+pub mod icgem;
 pub mod shadr;
 pub mod shtools_text;
 pub mod spharm_pdm;
@@ -40,6 +42,8 @@ pub struct ReadOptions {
     /// The length of the file's unit, metres, where the file does not state it; `None` is the
     /// metre.
     pub unit: Option<f64>,
+    /// What is added to the mean radius, metres, where the file holds heights above this radius.
+    pub add_radius: Option<f64>,
     /// The row to read of a table that holds several shapes, counted from 1.
     pub row: Option<usize>,
 }
@@ -110,13 +114,26 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
         SeriesFormat::Bshc => bshc::parse(path, bytes, options),
         SeriesFormat::Npy => cilm_npy::parse(path, bytes, options),
         SeriesFormat::Alm => alm_npy::parse(path, bytes, options),
+        SeriesFormat::Fits => alm_fits::parse(path, bytes, options),
         SeriesFormat::SpharmPdm => spharm_pdm::parse(path, bytes, options),
         SeriesFormat::Aics => aics_csv::parse(path, bytes, options),
         SeriesFormat::Shadr => shadr::parse(path, bytes, options),
+        SeriesFormat::Icgem => icgem::parse(path, bytes, options),
         SeriesFormat::Binary => binary::parse(path, bytes),
         SeriesFormat::Compact => compact::parse(path, bytes),
     }?;
-    in_metres(path, shape, options.unit)
+    let shape = in_metres(path, shape, options.unit)?;
+    Ok(match options.add_radius {
+        Some(radius) => above(shape, radius),
+        None => shape,
+    })
+}
+
+/// Adds a radius to the heights above it.
+fn above(mut shape: Shape, radius: f64) -> Shape {
+    let mean = shape.coefficients.mean();
+    shape.coefficients.set(0, 0, mean + radius, 0.0);
+    shape
 }
 
 /// Returns in which convention the numbers of a file stand: that of the format, the one it states,
@@ -133,6 +150,7 @@ pub fn convention(
     let stated = match format {
         SeriesFormat::Text | SeriesFormat::Dov => annotated::convention(path, bytes)?,
         SeriesFormat::Shadr => shadr::convention(path, bytes)?,
+        SeriesFormat::Icgem => icgem::convention(path, bytes)?,
         SeriesFormat::Binary | SeriesFormat::Compact => return Ok(None),
         _ => format.convention(),
     };
@@ -171,7 +189,7 @@ impl Default for WriteOptions {
 /// # Errors
 /// [`Error::Numeric`] when the degree is too high for unnormalised coefficients;
 /// [`Error::Parameter`] for a convention that the format cannot say, or a tolerance that it cannot
-/// hold.
+/// hold, or a format that is read only.
 pub fn encode(shape: &Shape, format: SeriesFormat, options: &WriteOptions) -> Result<Vec<u8>> {
     let convention = options.convention;
     match format {
@@ -185,6 +203,7 @@ pub fn encode(shape: &Shape, format: SeriesFormat, options: &WriteOptions) -> Re
         SeriesFormat::Shadr => shadr::write(shape, convention),
         SeriesFormat::Binary => binary::encode(shape),
         SeriesFormat::Compact => Ok(compact::encode(shape, options.tolerance)?.bytes),
+        SeriesFormat::Fits | SeriesFormat::Icgem => Err(format.read_only()),
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use crate::error::{Advice, InputError};
+use crate::io::decimal::real;
 use crate::sh::{Coefficients, Convention};
 use crate::{Error, Result};
 
@@ -160,12 +161,12 @@ pub(super) fn number(text: &str, what: &str) -> Result<usize, String> {
         .map_err(|_| format!("`{text}` is no {what}: expected a whole number from 0"))
 }
 
-/// Reads a coefficient.
+/// Reads a coefficient, with the exponents of Fortran, too.
 pub(super) fn coefficient(text: &str) -> Result<f64, String> {
-    match f64::from_str(text) {
-        Ok(value) if value.is_finite() => Ok(value),
-        Ok(_) => Err(format!("`{text}` is not a finite number")),
-        Err(_) => Err(format!("`{text}` is not a number")),
+    match real(text) {
+        Some(value) if value.is_finite() => Ok(value),
+        Some(_) => Err(format!("`{text}` is not a finite number")),
+        None => Err(format!("`{text}` is not a number")),
     }
 }
 

@@ -14,6 +14,7 @@ use super::ReadOptions;
 use super::rows::{Triangle, agreed, cells, check_place, coefficient, digits, lines, number, text};
 use crate::error::{Advice, InputError};
 use crate::fit::Shape;
+use crate::io::decimal;
 use crate::io::output::SOFTWARE;
 use crate::sh::{CondonShortley, Convention, Normalisation};
 use crate::{Error, Result};
@@ -118,8 +119,9 @@ impl Header {
         let [radius, gm, error, degree, order, state, longitude, latitude] = *cells else {
             return None;
         };
-        let real = |text: &str| text.replace(['D', 'd'], "E").parse::<f64>().is_ok();
-        let reals = [radius, gm, error, longitude, latitude].into_iter().all(real);
+        let reals = [radius, gm, error, longitude, latitude]
+            .into_iter()
+            .all(|text| decimal::real(text).is_some());
         let whole = |text: &str| text.parse().ok();
         reals.then_some(())?;
         Some(Self { degree: whole(degree)?, order: whole(order)?, state: whole(state)? })
@@ -136,8 +138,7 @@ impl Header {
 }
 
 fn row(line: &str, place: (usize, usize)) -> Result<(f64, f64), String> {
-    let line = line.replace(['D', 'd'], "E");
-    let cells = cells(&line);
+    let cells = cells(line);
     let ([degree, order, c, s] | [degree, order, c, s, _, _]) = cells.as_slice() else {
         let found = cells.len();
         return Err(format!("{found} columns, where a row is `l, m, C, S` and two errors"));

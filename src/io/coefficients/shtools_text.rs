@@ -236,7 +236,7 @@ mod tests {
             ("1, 1, NaN, 0", "`NaN` is not a finite number"),
             ("1, 1, 0, -inf", "`-inf` is not a finite number"),
             ("1, 1, 1e999, 0", "`1e999` is not a finite number"),
-            ("1, 1, 1.0D-3, 0", "`1.0D-3` is not a number"),
+            ("1, 1, 1.0D-x, 0", "`1.0D-x` is not a number"),
             ("1, 1, (1+2j), 0", "`(1+2j)` is not a number"),
             ("1, 1, 2", "3 columns, where a row is `l, m, C, S` (two more may hold errors)"),
             ("1, 1, 2, 3, 4", "5 columns, where a row is `l, m, C, S` (two more may hold errors)"),
@@ -321,6 +321,12 @@ mod tests {
         let text = "# normalisation: ortho\n# centre: here\n0 0 1 0\n";
         assert!(read(text, None).is_err());
         assert_eq!(bare(text).expect("read").coefficients.mean(), 1.0);
+    }
+
+    #[test]
+    fn exponents_of_fortran_are_read() {
+        let fortran = bare("0 0 1.0D+00 0\n1 0 -2.5d-01 0.0D0\n1 1 3.D2 4.D-1\n").expect("read");
+        assert_eq!(fortran, bare("0 0 1\n1 0 -0.25\n1 1 300 0.4\n").expect("read"));
     }
 
     #[test]

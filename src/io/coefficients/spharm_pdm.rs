@@ -11,8 +11,9 @@
 //! The first number is that of the triples, (n+1)^2 for degree n; they come degree by degree, order
 //! 0, then cosine and sine of each order. The basis is orthonormal with the Condon-Shortley phase
 //! and without sqrt(2): A sqrt(4 pi/(2l+1)), whatever the order. A radial shape of degree lmax
-//! about a centre is exactly such a set of degree lmax + 1 (`sh::positions`). SPHARM-PDM writes six
-//! decimals; we write 17 digits.
+//! about a centre is exactly such a set of degree lmax + 1 (`sh::positions`). Most sets of
+//! SPHARM-PDM are of other surfaces, which are read as meshes. It writes six decimals; we write 17
+//! digits.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -20,7 +21,9 @@ use std::path::Path;
 use super::rows::{agreed, coefficient, digits, text};
 use super::{ReadOptions, SeriesFormat};
 use crate::error::{Advice, InputError};
-use crate::fit::Shape;
+use crate::fit::{Shape, parametric_mesh};
+use crate::io::input::{FilesRead, Input};
+use crate::mesh::Mesh;
 use crate::sh::{Coefficients, RadialPart, positions, radius_of};
 use crate::{Error, Result};
 
@@ -70,15 +73,34 @@ fn factor(l: usize) -> f64 {
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let format = SeriesFormat::SpharmPdm;
     agreed(path, "a SPHARM-PDM file is always", format.convention(), options.convention)?;
-    let text = text(path, bytes)?;
-    let triples = triples(path, text)?;
-    let set = series(&triples).map_err(|message| InputError::new(path, message))?;
-    let part = radius_of(&set).ok_or_else(|| {
-        let help = "a ball has degree 1 here";
-        Error::from(InputError::new(path, "degree 0 is a point, no surface").help(help))
-    })?;
-    check_radial(path, &part, &set, resolution(text))?;
+    let set = parse_set(path, bytes)?;
+    let part = radius_of(&set).ok_or_else(|| point(path))?;
+    check_radial(path, &part, &set, resolution(text(path, bytes)?))?;
     Ok(Shape { centre: part.centre, ..Shape::new(part.radius) })
+}
+
+/// Reads the series of x, y and z, of whatever surface.
+///
+/// # Errors
+/// As [`parse`], but for what is no radial shape.
+pub fn parse_set(path: &Path, bytes: &[u8]) -> Result<[Coefficients; 3]> {
+    let triples = triples(path, text(path, bytes)?)?;
+    let set = series(&triples).map_err(|message| InputError::new(path, message))?;
+    if set[0].lmax() == 0 { Err(point(path)) } else { Ok(set) }
+}
+
+/// Reads the surface of a set as a mesh, and says what was read.
+///
+/// # Errors
+/// As [`parse_set`] and [`parametric_mesh`].
+pub fn read_surface(mut input: Input) -> Result<(Mesh, FilesRead)> {
+    let mesh = parametric_mesh(&parse_set(input.path(), &input.rest()?)?)?;
+    Ok((mesh, input.finish()?))
+}
+
+fn point(path: &Path) -> Error {
+    let error = InputError::new(path, "degree 0 is a point, no surface");
+    error.help("a ball has degree 1 here").into()
 }
 
 /// Whether a text begins as such a file.
@@ -111,7 +133,7 @@ fn check_radial(
 /// Finds the unit of the last decimal, from the longest plain decimal fraction; 0, exact, where a
 /// number has an exponent or none has the decimals of the original.
 fn resolution(text: &str) -> f64 {
-    if text.contains(['e', 'E']) {
+    if text.contains(['e', 'E', 'd', 'D']) {
         return 0.0;
     }
     let digits = |rest: &str| rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
@@ -272,6 +294,10 @@ mod tests {
         // The root of 2/9 by 4/3: see the test of `sh::radius_of`.
         assert!(message.contains("its points lie 35.36 % of the radius from"), "{message}");
         assert!(message.contains("and fit that"));
+        // An ellipsoid of half axes 2, 1, 1, but for what its faces leave out.
+        let input = Input::of_bytes(Path::new("a.coef"), stretched.as_bytes());
+        let volume = read_surface(input).expect("a surface").0.volume();
+        assert!((volume / (8.0 / 3.0 * PI) - 1.0).abs() <= 1e-3, "{volume}");
     }
 
     #[test]

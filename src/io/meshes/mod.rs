@@ -15,7 +15,6 @@ mod parts;
 mod ply;
 mod polygon;
 mod samples;
-mod source;
 mod stl;
 mod welding;
 
@@ -23,9 +22,11 @@ use std::path::Path;
 
 use crate::error::shown_path;
 use crate::io::input::{FilesRead, Input};
+use crate::io::ply::is_ply;
+use crate::io::points;
+use crate::io::source::{self, Source};
 use crate::mesh::Mesh;
 use crate::{Result, memory};
-use source::Source;
 
 pub use encode::{MeshColours, encode, encode_ply};
 pub use format::MeshFormat;
@@ -93,7 +94,7 @@ pub fn recognise(head: &[u8], length: u64) -> Option<MeshFormat> {
     let first = source::first_words(head).next().unwrap_or(b"");
     if gltf::is_binary(head) {
         Some(MeshFormat::Gltf)
-    } else if ply::is_ply(head) {
+    } else if is_ply(head) && !points::is_marked(head) {
         Some(MeshFormat::Ply)
     } else if stl::is_binary(head, length) || stl::is_text(head) {
         Some(MeshFormat::Stl)

@@ -12,8 +12,8 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::parts::{CUT, MOST_VERTICES, Parts, thin_face, too_many};
-use super::source::{Source, number, shown};
 use crate::error::shown_path;
+use crate::io::source::{Source, number, shown};
 use crate::mesh::Mesh;
 use crate::{Error, Result, memory};
 

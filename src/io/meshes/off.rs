@@ -12,7 +12,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::parts::{CUT, Parts, thin_face, too_many};
-use super::source::{Source, not_finite, number, shown, words};
+use crate::io::source::{Source, not_finite, number, shown, words};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 
@@ -303,7 +303,7 @@ fn stray(source: &Source, word: &[u8], vertices: u64) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::meshes::source::first_words;
+    use crate::io::source::first_words;
     use std::path::Path;
 
     const PYRAMID: &str = "OFF # a pyramid\n# of five vertices\n5 5 8\n0 0 0\n1 0 0\n1 1 0\n\

@@ -5,8 +5,8 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::polygon::{self, Intricate};
-use super::source::Source;
 use crate::Result;
+use crate::io::source::Source;
 use crate::mesh::Mesh;
 
 /// Holds the mesh as far as it is read.

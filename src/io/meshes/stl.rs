@@ -18,9 +18,9 @@ use std::iter::Peekable;
 use glam::DVec3;
 
 use super::parts::Parts;
-use super::source::{Source, not_finite, number, shown, unmarked};
 use super::welding::Welding;
 use crate::io::bytes::{field, number_at};
+use crate::io::source::{Source, not_finite, number, shown, unmarked};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 

@@ -7,8 +7,8 @@ use glam::DVec3;
 use hashbrown::HashTable;
 
 use super::parts::Parts;
-use super::source::Source;
 use crate::Result;
+use crate::io::source::Source;
 
 /// Finds vertices by their coordinates. It holds their numbers only, 5 bytes each; the hash is
 /// seeded by chance, so that no file can be made to slow it down, and the result does not depend on

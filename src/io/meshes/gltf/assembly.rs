@@ -9,8 +9,8 @@ use super::document::{Document, Primitive};
 use super::{broken, item};
 use crate::Result;
 use crate::io::meshes::parts::Parts;
-use crate::io::meshes::source::{Source, not_finite};
 use crate::io::meshes::welding::Welding;
+use crate::io::source::{Source, not_finite};
 
 /// How many vertices and faces a scene may have for each byte of its files: a mesh may be used by
 /// many nodes, and a small file must not become a mesh that fills the memory.

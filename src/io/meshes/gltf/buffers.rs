@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::document::{Accessor, Document, Sparse};
 use super::{broken, item};
 use crate::io::bytes::field;
-use crate::io::meshes::source::Source;
+use crate::io::source::Source;
 use crate::{Error, Result};
 
 /// Holds the bytes of all buffers, each file once.

@@ -17,9 +17,9 @@ mod document;
 
 use std::borrow::Cow;
 
-use super::source::{Source, unmarked};
 use crate::error::InputError;
 use crate::io::bytes::{Cursor, number_at};
+use crate::io::source::{Source, unmarked};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 use assembly::Assembly;

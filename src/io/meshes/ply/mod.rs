@@ -4,24 +4,15 @@
 //! The header says what each row of each element holds; rows are read one by one, so that nothing
 //! but the mesh is held. Counts are believed only as far as the file is long enough for them.
 
-mod header;
-mod rows;
 pub(super) mod writer;
 
 use glam::DVec3;
 
 use super::parts::{CUT, Parts, thin_face, too_many};
-use super::source::{Source, not_finite, unmarked};
+use crate::io::ply::{Element, Header, Place, Rows, Shape, Value};
+use crate::io::source::{Source, not_finite};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
-use header::{Element, Encoding, Header, Shape};
-use rows::Rows;
-
-/// Whether a file begins as PLY does.
-pub(super) fn is_ply(head: &[u8]) -> bool {
-    let rest = unmarked(head).strip_prefix(b"ply");
-    rest.is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace))
-}
 
 /// Reads the content of a PLY file.
 ///
@@ -31,7 +22,7 @@ pub(super) fn is_ply(head: &[u8]) -> bool {
 pub(super) fn parse(source: &mut Source) -> Result<Mesh> {
     let header = Header::read(source)?;
     let places = Places::of(source, &header)?;
-    check_length(source, &header)?;
+    header.check_length(source)?;
     let mut parts = Parts::default();
     for element in &header.elements {
         let mut rows = Rows::new(source, header.encoding, element);
@@ -61,32 +52,22 @@ struct Places {
 
 impl Places {
     fn of(source: &Source, header: &Header) -> Result<Self> {
-        let element = |name: &str| header.elements.iter().find(|e| e.name == name);
         let missing = |name: &str| {
             let help = "a mesh needs both, as in `element vertex 8` and `element face 12`; export \
                         it with its faces";
             source.fault(format!("the header has no element {name}"), help)
         };
-        let vertices = element("vertex").ok_or_else(|| missing("vertex"))?;
-        let (faces, strips) = (element("face"), element(STRIPS));
+        let vertices = header.element("vertex").ok_or_else(|| missing("vertex"))?;
+        let (faces, strips) = (header.element("face"), header.element(STRIPS));
         if faces.or(strips).is_none() {
             return Err(missing("face"));
         }
-        let coordinate = |name: &str| {
-            let found = vertices.properties.iter().position(|p| p.name == name && p.is_scalar());
-            found.ok_or_else(|| {
-                let help = format!("declare it, as in `property double {name}`");
-                source.fault_at(vertices.line, format!("vertices have no property {name}"), help)
-            })
-        };
         let list = |element: &Element| {
-            let found = element.properties.iter().position(|p| {
-                ["vertex_indices", "vertex_index"].contains(&p.name.as_str())
-                    && p.is_list_of_whole()
-            });
+            let found = element.whole_list(&["vertex_indices", "vertex_index"]);
             found.ok_or_else(|| {
                 let help = "declare it, as in `property list uchar int vertex_indices`";
-                let message = format!("{} have no list of vertices", element.plural());
+                let plural = if element.name == STRIPS { STRIPS } else { "faces" };
+                let message = format!("{plural} have no list of vertices");
                 source.fault_at(element.line, message, help)
             })
         };
@@ -98,48 +79,17 @@ impl Places {
                 "divide the file",
             ));
         }
-        let coordinates = [coordinate("x")?, coordinate("y")?, coordinate("z")?];
+        let coordinates = vertices.coordinates(source)?;
         Ok(Self { vertices: vertices.count, coordinates, corners, strips })
     }
-}
-
-/// Rejects counts that the file is too short for, before anything is allocated by them.
-fn check_length(source: &Source, header: &Header) -> Result<()> {
-    let mut left = source.left();
-    for element in &header.elements {
-        let least = element.least_bytes(header.encoding);
-        let needed = least.checked_mul(element.count);
-        left = needed.and_then(|needed| left.checked_sub(needed)).ok_or_else(|| {
-            let message = format!(
-                "the header announces {} rows of element {}, of {least} bytes each at least, but \
-                 only {left} bytes are left for them",
-                element.count, element.name
-            );
-            let help = "the file is cut short or its header is wrong; export it again";
-            source.fault_at(element.line, message, help)
-        })?;
-    }
-    Ok(())
 }
 
 fn read_vertices(rows: &mut Rows, places: [usize; 3], parts: &mut Parts) -> Result<()> {
     // The file is long enough for its counts: a row takes an eighth of this at least.
     parts.positions.reserve_exact(rows.count() as usize);
-    while rows.next_row()? {
-        let mut position = DVec3::ZERO;
-        for property in 0..rows.properties() {
-            if let Shape::List { .. } = rows.shape(property) {
-                rows.list(property, |_, _| Ok(()))?;
-                continue;
-            }
-            let value = rows.scalar(property)?;
-            for (axis, &place) in places.iter().enumerate() {
-                if place == property {
-                    position[axis] = value.as_f64();
-                }
-            }
-        }
-        rows.end_row()?;
+    let mut values = Vec::new();
+    while rows.next_scalars(&mut values)? {
+        let position = DVec3::from_array(places.map(|place| values[place]));
         if !position.is_finite() {
             let (message, help) = not_finite(parts.positions.len(), position);
             return Err(rows.fault(message, help));
@@ -209,35 +159,17 @@ fn for_each_list(
     Ok(())
 }
 
-fn vertex_of(place: &rows::Place, value: rows::Value, vertices: u64) -> Result<u32> {
+fn vertex_of(place: &Place, value: Value, vertices: u64) -> Result<u32> {
     let vertex = value.as_whole().filter(|&v| v >= 0 && (v as u64) < vertices);
     vertex.map(|v| v as u32).ok_or_else(|| stray(place, &value.to_string(), vertices))
 }
 
-fn stray(place: &rows::Place, found: &str, vertices: u64) -> Error {
+fn stray(place: &Place, found: &str, vertices: u64) -> Error {
     place.fault(
         format!("vertex {found} is not there; the file has {vertices} vertices, numbered from 0"),
         "check the numbers of this face; if they look like chance, a count or type in the header \
          is wrong",
     )
-}
-
-impl Element {
-    /// Returns what its rows are called.
-    fn plural(&self) -> &'static str {
-        if self.name == STRIPS { STRIPS } else { "faces" }
-    }
-
-    /// Returns the bytes that a row takes at least.
-    fn least_bytes(&self, encoding: Encoding) -> u64 {
-        let properties = self.properties.iter();
-        match encoding {
-            // A digit and what parts it from the next.
-            Encoding::Text if self.properties.is_empty() => 0,
-            Encoding::Text => 2 * self.properties.len() as u64 - 1,
-            _ => properties.map(|p| p.shape.least_bytes()).sum(),
-        }
-    }
 }
 
 #[cfg(test)]

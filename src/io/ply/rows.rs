@@ -6,25 +6,26 @@ use std::path::Path;
 use super::header::{Element, Encoding, Scalar, Shape};
 use crate::error::InputError;
 use crate::io::bytes::field;
-use crate::io::meshes::source::{Source, number, shown};
+use crate::io::decimal::real;
+use crate::io::source::{Source, number, shown};
 use crate::{Error, Result};
 
 /// One number of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Value {
+pub(in crate::io) enum Value {
     Whole(i64),
     Real(f64),
 }
 
 impl Value {
-    pub(super) fn as_f64(self) -> f64 {
+    pub(in crate::io) fn as_f64(self) -> f64 {
         match self {
             Self::Whole(n) => n as f64,
             Self::Real(x) => x,
         }
     }
 
-    pub(super) fn as_whole(self) -> Option<i64> {
+    pub(in crate::io) fn as_whole(self) -> Option<i64> {
         match self {
             Self::Whole(n) => Some(n),
             Self::Real(_) => None,
@@ -43,7 +44,7 @@ impl fmt::Display for Value {
 
 /// Says where a row is: its line in a text, its number in binary.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place<'a> {
+pub(in crate::io) struct Place<'a> {
     path: &'a Path,
     line: Option<usize>,
     element: &'a str,
@@ -51,7 +52,11 @@ pub(super) struct Place<'a> {
 }
 
 impl Place<'_> {
-    pub(super) fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
+    pub(in crate::io) fn fault(
+        &self,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Error {
         let message = message.into();
         let error = match self.line {
             Some(line) => InputError::new(self.path, message).at(line, None),
@@ -65,7 +70,7 @@ impl Place<'_> {
 }
 
 /// Goes through the rows of an element.
-pub(super) struct Rows<'r, 'a> {
+pub(in crate::io) struct Rows<'r, 'a> {
     source: &'r mut Source<'a>,
     encoding: Encoding,
     element: &'r Element,
@@ -76,7 +81,7 @@ pub(super) struct Rows<'r, 'a> {
 }
 
 impl<'r, 'a> Rows<'r, 'a> {
-    pub(super) fn new(
+    pub(in crate::io) fn new(
         source: &'r mut Source<'a>,
         encoding: Encoding,
         element: &'r Element,
@@ -84,32 +89,32 @@ impl<'r, 'a> Rows<'r, 'a> {
         Self { source, encoding, element, next: 0, read: 0 }
     }
 
-    pub(super) fn source(&self) -> &Source<'a> {
+    pub(in crate::io) fn source(&self) -> &Source<'a> {
         self.source
     }
 
-    pub(super) fn encoding(&self) -> Encoding {
+    pub(in crate::io) fn encoding(&self) -> Encoding {
         self.encoding
     }
 
-    pub(super) fn element(&self) -> &'r Element {
+    pub(in crate::io) fn element(&self) -> &'r Element {
         self.element
     }
 
-    pub(super) fn count(&self) -> u64 {
+    pub(in crate::io) fn count(&self) -> u64 {
         self.element.count
     }
 
-    pub(super) fn properties(&self) -> usize {
+    pub(in crate::io) fn properties(&self) -> usize {
         self.element.properties.len()
     }
 
-    pub(super) fn shape(&self, property: usize) -> Shape {
+    pub(in crate::io) fn shape(&self, property: usize) -> Shape {
         self.element.properties[property].shape
     }
 
     /// Goes to the next row; false after the last one.
-    pub(super) fn next_row(&mut self) -> Result<bool> {
+    pub(in crate::io) fn next_row(&mut self) -> Result<bool> {
         // Rows of nothing take no bytes, however many there are.
         if self.next == self.element.count || self.element.properties.is_empty() {
             return Ok(false);
@@ -125,7 +130,7 @@ impl<'r, 'a> Rows<'r, 'a> {
     }
 
     /// Rejects values that the header does not know.
-    pub(super) fn end_row(&mut self) -> Result<()> {
+    pub(in crate::io) fn end_row(&mut self) -> Result<()> {
         if self.encoding == Encoding::Text
             && let Some(word) = self.word()
         {
@@ -136,31 +141,37 @@ impl<'r, 'a> Rows<'r, 'a> {
         Ok(())
     }
 
-    /// Passes over all rows.
-    pub(super) fn pass_over(&mut self) -> Result<()> {
-        while self.next_row()? {
-            for property in 0..self.properties() {
-                match self.shape(property) {
-                    Shape::Scalar(_) => self.scalar(property).map(drop)?,
-                    Shape::List { .. } => self.list(property, |_, _| Ok(()))?,
-                }
-            }
-            self.end_row()?;
+    /// Reads the next row, which `values` then holds: NaN for a list. False after the last one.
+    pub(in crate::io) fn next_scalars(&mut self, values: &mut Vec<f64>) -> Result<bool> {
+        values.clear();
+        if !self.next_row()? {
+            return Ok(false);
         }
+        for property in 0..self.properties() {
+            self.list(property, |_, _| Ok(()))?;
+            values.push(self.scalar(property)?.as_f64());
+        }
+        self.end_row()?;
+        Ok(true)
+    }
+
+    /// Passes over all rows.
+    pub(in crate::io) fn pass_over(&mut self) -> Result<()> {
+        let mut values = Vec::new();
+        while self.next_scalars(&mut values)? {}
         Ok(())
     }
 
-    /// Reads the value of a scalar property: each property in its turn.
-    pub(super) fn scalar(&mut self, property: usize) -> Result<Value> {
+    /// Reads the value of a scalar property: each property in its turn. A list has none.
+    pub(in crate::io) fn scalar(&mut self, property: usize) -> Result<Value> {
         match self.shape(property) {
             Shape::Scalar(scalar) => self.value(scalar),
-            // Asked for by mistake, it has no value.
             Shape::List { .. } => Ok(Value::Real(f64::NAN)),
         }
     }
 
-    /// Reads a list and shows each of its values.
-    pub(super) fn list(
+    /// Reads a list and shows each of its values. A scalar has none.
+    pub(in crate::io) fn list(
         &mut self,
         property: usize,
         mut see: impl FnMut(Place, Value) -> Result<()>,
@@ -179,7 +190,11 @@ impl<'r, 'a> Rows<'r, 'a> {
     }
 
     /// Rejects the row.
-    pub(super) fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
+    pub(in crate::io) fn fault(
+        &self,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Error {
         self.place().fault(message, help)
     }
 
@@ -227,7 +242,7 @@ impl<'r, 'a> Rows<'r, 'a> {
         let value = if scalar.is_whole() {
             number(word).map(Value::Whole)
         } else {
-            number(word).map(Value::Real)
+            std::str::from_utf8(word).ok().and_then(real).map(Value::Real)
         };
         value.ok_or_else(|| {
             let kind = if scalar.is_whole() { "whole number" } else { "number" };

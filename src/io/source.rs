@@ -1,8 +1,7 @@
-//! A mesh file as its reader sees it: a stream of bytes or lines that knows its length and says
-//! where a fault is.
+//! A file of a mesh or of points as its reader sees it: a stream of bytes or lines that knows its
+//! length and says where a fault is.
 //!
-//! Nothing here holds more than a buffer and one line, so that what a reader takes is the mesh it
-//! makes.
+//! Nothing here holds more than a buffer and one line, so that what a reader takes is what it makes.
 
 use std::io::{BufRead, Read};
 use std::path::Path;

@@ -3,11 +3,11 @@
 use std::collections::HashSet;
 
 use crate::Result;
-use crate::io::meshes::source::{Source, number, shown};
+use crate::io::source::{Source, number, shown};
 
 /// Says how the rows are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub(in crate::io) enum Encoding {
     Text,
     LittleEndian,
     BigEndian,
@@ -15,7 +15,7 @@ pub(super) enum Encoding {
 
 /// A type of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scalar {
+pub(in crate::io) enum Scalar {
     I8,
     U8,
     I16,
@@ -28,35 +28,59 @@ pub(super) enum Scalar {
 
 /// What a property holds in each row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(in crate::io) enum Shape {
     Scalar(Scalar),
     List { count: Scalar, item: Scalar },
 }
 
-pub(super) struct Property {
-    pub(super) name: String,
-    pub(super) shape: Shape,
+pub(in crate::io) struct Property {
+    pub(in crate::io) name: String,
+    pub(in crate::io) shape: Shape,
 }
 
-pub(super) struct Element {
-    pub(super) name: String,
-    pub(super) count: u64,
-    pub(super) properties: Vec<Property>,
+pub(in crate::io) struct Element {
+    pub(in crate::io) name: String,
+    pub(in crate::io) count: u64,
+    pub(in crate::io) properties: Vec<Property>,
     /// Where it is declared.
-    pub(super) line: usize,
+    pub(in crate::io) line: usize,
 }
 
-pub(super) struct Header {
-    pub(super) encoding: Encoding,
-    pub(super) elements: Vec<Element>,
+pub(in crate::io) struct Header {
+    pub(in crate::io) encoding: Encoding,
+    pub(in crate::io) elements: Vec<Element>,
 }
 
 const UNFINISHED: &str =
     "a PLY header ends with the line `end_header`; the file is cut short or no PLY file";
 
 impl Header {
+    /// Finds an element by its name.
+    pub(in crate::io) fn element(&self, name: &str) -> Option<&Element> {
+        self.elements.iter().find(|e| e.name == name)
+    }
+
+    /// Rejects counts that the file is too short for, before anything is allocated by them.
+    pub(in crate::io) fn check_length(&self, source: &Source) -> Result<()> {
+        let mut left = source.left();
+        for element in &self.elements {
+            let least = element.least_bytes(self.encoding);
+            let needed = least.checked_mul(element.count);
+            left = needed.and_then(|needed| left.checked_sub(needed)).ok_or_else(|| {
+                let message = format!(
+                    "the header announces {} rows of element {}, of {least} bytes each at least, \
+                     but only {left} bytes are left for them",
+                    element.count, element.name
+                );
+                let help = "the file is cut short or its header is wrong; export it again";
+                source.fault_at(element.line, message, help)
+            })?;
+        }
+        Ok(())
+    }
+
     /// Reads the header, up to the first row.
-    pub(super) fn read(source: &mut Source) -> Result<Self> {
+    pub(in crate::io) fn read(source: &mut Source) -> Result<Self> {
         let is_ply = source.next_line()? && source.text().trim_ascii_end() == b"ply";
         if !is_ply {
             let help = "a PLY file begins with the line `ply`; check that this is the right file";
@@ -162,12 +186,12 @@ impl Scalar {
         })
     }
 
-    pub(super) fn is_whole(self) -> bool {
+    pub(in crate::io) fn is_whole(self) -> bool {
         !matches!(self, Self::F32 | Self::F64)
     }
 
     /// Returns the bytes it takes in a binary file.
-    pub(super) fn bytes(self) -> usize {
+    pub(in crate::io) fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -179,7 +203,7 @@ impl Scalar {
 
 impl Shape {
     /// Returns the bytes it takes at least in a binary file.
-    pub(super) fn least_bytes(self) -> u64 {
+    fn least_bytes(self) -> u64 {
         match self {
             Self::Scalar(scalar) => scalar.bytes() as u64,
             Self::List { count, .. } => count.bytes() as u64,
@@ -187,12 +211,41 @@ impl Shape {
     }
 }
 
-impl Property {
-    pub(super) fn is_scalar(&self) -> bool {
-        matches!(self.shape, Shape::Scalar(_))
+impl Element {
+    /// Returns which of the properties is a number of one of these names.
+    pub(in crate::io) fn scalar(&self, names: &[&str]) -> Option<usize> {
+        let is =
+            |p: &Property| matches!(p.shape, Shape::Scalar(_)) && names.contains(&p.name.as_str());
+        self.properties.iter().position(is)
     }
 
-    pub(super) fn is_list_of_whole(&self) -> bool {
-        matches!(self.shape, Shape::List { item, .. } if item.is_whole())
+    /// Returns which of the properties are x, y and z.
+    pub(in crate::io) fn coordinates(&self, source: &Source) -> Result<[usize; 3]> {
+        let coordinate = |name: &str| {
+            self.scalar(&[name]).ok_or_else(|| {
+                let help = format!("declare it, as in `property double {name}`");
+                let message = format!("vertices have no property {name}");
+                source.fault_at(self.line, message, help)
+            })
+        };
+        Ok([coordinate("x")?, coordinate("y")?, coordinate("z")?])
+    }
+
+    /// Returns which of the properties is a list of whole numbers of one of these names.
+    pub(in crate::io) fn whole_list(&self, names: &[&str]) -> Option<usize> {
+        let is = |p: &Property| {
+            matches!(p.shape, Shape::List { item, .. } if item.is_whole())
+                && names.contains(&p.name.as_str())
+        };
+        self.properties.iter().position(is)
+    }
+
+    /// Returns the bytes that a row takes at least.
+    pub(in crate::io) fn least_bytes(&self, encoding: Encoding) -> u64 {
+        match encoding {
+            // A digit and what parts it from the next.
+            Encoding::Text => (2 * self.properties.len() as u64).saturating_sub(1),
+            _ => self.properties.iter().map(|p| p.shape.least_bytes()).sum(),
+        }
     }
 }
