@@ -17,6 +17,7 @@ use crate::common::advice::told;
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
 use crate::common::inputs::read_shapes;
+use crate::common::progress::Meter;
 use crate::common::target::write_all;
 use crate::common::{folders, paths, plot, say};
 use crate::mean;
@@ -67,7 +68,9 @@ fn deviations(text: &str) -> std::result::Result<f64, String> {
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Modes, as_json: bool) -> Result<Code> {
+    let meter = Meter::start("reading the shapes");
     let shapes = read_shapes(&verb.shapes, &verb.reading.options())?;
+    meter.stage("finding the modes");
     tell_degrees(&shapes);
     let series: Vec<&Coefficients> = shapes.iter().map(|s| &s.shape.coefficients).collect();
     let found = modes(&series, verb.modes as usize)?;
@@ -78,8 +81,10 @@ pub(crate) fn run(verb: &Modes, as_json: bool) -> Result<Code> {
     let all = Analysis { shapes, found, mean: shape };
     let mut written = Vec::new();
     if let Some(folder) = &verb.output {
+        meter.stage("making figures and meshes");
         written = folders::within(folder, || write(&all.files(verb, folder)?, verb.force))?;
     }
+    drop(meter);
     if as_json {
         let mut value = all.value();
         paths::put_all(&mut value, "written", written.iter().map(PathBuf::as_path));

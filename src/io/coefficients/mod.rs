@@ -204,6 +204,7 @@ pub fn convention(
         SeriesFormat::Text | SeriesFormat::Dov => annotated::convention(path, bytes)?,
         SeriesFormat::Shadr => shadr::convention(path, bytes)?,
         SeriesFormat::Icgem => icgem::convention(path, bytes)?,
+        SeriesFormat::Table => return shape_table::convention(path, bytes, options).map(Some),
         SeriesFormat::Binary | SeriesFormat::Compact => return Ok(None),
         _ => format.convention(),
     };

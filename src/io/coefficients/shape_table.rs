@@ -119,6 +119,13 @@ pub fn parse_all(
     Ok(rows)
 }
 
+/// Returns the convention of the row of our layout that [`parse`] reads.
+pub(super) fn convention(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Convention> {
+    let mut reader = csv::Reader::from_reader(bytes);
+    let header = Header::read(path, bytes, SeriesFormat::Table, options, &mut reader)?;
+    header.convention(&choose(path, &mut reader, options.row)?)
+}
+
 /// Whether a text begins with the header of our layout.
 pub(super) fn is_table(text: &str) -> bool {
     text.lines().next().is_some_and(|header| header.split(',').any(|name| name == "C0_0_m"))
@@ -438,6 +445,9 @@ mod tests {
         let text = "C0_0_m,note,normalisation,csphase\n1,a,4pi,1\n3.5449077018110318,b,ortho,-1\n";
         let rows = read(text, &ReadOptions::default()).expect("read");
         assert_eq!((&*rows[0].0, &*rows[1].0), ("a", "b"));
+        let second = ReadOptions { row: Some(2), ..ReadOptions::default() };
+        let said = convention(Path::new("a.csv"), text.as_bytes(), &second).expect("said");
+        assert_eq!((said.normalisation.name(), said.phase.csphase()), ("ortho", -1));
         assert!((rows[1].1.coefficients.mean() - 1.0).abs() <= 1e-15);
         let bare = "C0_0_m\n1\n";
         let error = read(bare, &ReadOptions::default()).expect_err("not said").to_string();
