@@ -125,10 +125,9 @@ fn tasks(
         let first = [name_of(mesh)];
         let key = || Ok(asked.key_of(&files(mesh)?));
         let done = table.done(&first, key)?.filter(|_| path.is_file());
+        let shape = shapes.as_ref().map(|shapes| shapes.done(&path, key)).transpose()?.flatten();
         all.push(if let Some(row) = done {
-            let key = row.last().map_or(String::new(), Cell::to_string);
-            let shape = shapes.as_ref().map(|shapes| shapes.done(&path, key)).transpose()?;
-            Task::Done(row, path, shape.flatten())
+            Task::Done(row, path, shape)
         } else {
             table.leave_out(&first);
             shapes.iter_mut().for_each(|shapes| shapes.leave_out(&path));

@@ -34,8 +34,12 @@ impl ShapeRows {
     }
 
     /// Finds the row of a coefficient file, as [`GrowingTable::done`].
-    pub(crate) fn done(&self, file: &Path, key: String) -> Result<Option<Vec<Cell>>> {
-        self.table.done(&[name(file).into()], || Ok(key))
+    pub(crate) fn done(
+        &self,
+        file: &Path,
+        key: impl FnOnce() -> Result<String>,
+    ) -> Result<Option<Vec<Cell>>> {
+        self.table.done(&[name(file).into()], key)
     }
 
     /// Leaves out the row of a coefficient file that is made anew.
