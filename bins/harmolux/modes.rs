@@ -44,9 +44,10 @@ pub(crate) struct Modes {
     pub(crate) output: Option<PathBuf>,
     /// How many modes to give, the largest first
     #[arg(
-        long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..)
+        long = "modes", value_name = "N", default_value_t = 10,
+        value_parser = clap::value_parser!(u32).range(1..)
     )]
-    pub(crate) modes: u32,
+    pub(crate) count: u32,
     /// Write a mesh of the mean moved along each mode, both ways, by so many standard deviations
     #[arg(long, value_name = "K", requires = "output", value_parser = deviations)]
     pub(crate) at: Option<f64>,
@@ -73,7 +74,7 @@ pub(crate) fn run(verb: &Modes, as_json: bool) -> Result<Code> {
     meter.stage("finding the modes");
     tell_degrees(&shapes);
     let series: Vec<&Coefficients> = shapes.iter().map(|s| &s.shape.coefficients).collect();
-    let found = modes(&series, verb.modes as usize)?;
+    let found = modes(&series, verb.count as usize)?;
     let shape = Shape {
         centre: mean::centre(&shapes, &vec![1.0; shapes.len()]),
         ..Shape::new(found.mean.clone())

@@ -5,7 +5,7 @@ use std::fs;
 
 use glam::DVec3;
 use harmolux::fit::Shape;
-use harmolux::io::coefficients::{ReadOptions, read, read_all, shtools_text};
+use harmolux::io::coefficients::{NamedShape, ReadOptions, read, read_all, shtools_text};
 use harmolux::sh::{Coefficients, Convention, best_rotation, difference, rotate};
 
 use crate::common::desk::{Desk, assert_says, number};
@@ -84,7 +84,7 @@ fn table_of_a_batch_grows_with_it_and_goes_on() {
         desk.done(&*words);
         let table = read_all(&desk.path(&format!("{layout}.csv")), &ReadOptions::default());
         let table = table.expect("a table");
-        assert_eq!(table.iter().map(|s| s.name()).collect::<Vec<_>>(), ["a", "b", "c"]);
+        assert_eq!(table.iter().map(NamedShape::name).collect::<Vec<_>>(), ["a", "b", "c"]);
         for row in &table {
             let file = shape(&desk, &format!("{layout}/{}.txt", row.name()));
             assert!(distance(&row.shape, &file) <= 1e-14);

@@ -130,7 +130,9 @@ fn tasks(
             Task::Done(row, path, shape)
         } else {
             table.leave_out(&first);
-            shapes.iter_mut().for_each(|shapes| shapes.leave_out(&path));
+            if let Some(shapes) = shapes.as_deref_mut() {
+                shapes.leave_out(&path);
+            }
             drop(shape_file::open(&path, verb.force)?);
             Task::Fit(mesh.clone(), path)
         });

@@ -74,13 +74,10 @@ pub(crate) struct Fit {
     /// Weigh points by their fourth column; one called weight or w counts without this
     #[arg(long)]
     pub(crate) weights: bool,
-    /// The expansion centre: a point, metres, or of each mesh its origin, the centroid of its volume,
-    /// or the point farthest from all planes of its faces [default: the origin if the mesh is
-    /// star-shaped about it, else one near the centroid]
-    #[arg(
-        long, value_name = "X,Y,Z|origin|centroid|best", value_parser = centre,
-        allow_hyphen_values = true
-    )]
+    /// The expansion centre: X,Y,Z in metres, or for each mesh its `origin`, the `centroid` of its
+    /// volume, or the `best`, farthest from the planes of all faces [default: the origin if the mesh
+    /// is star-shaped about it, else one near the centroid]
+    #[arg(long, value_name = "CENTRE", value_parser = centre, allow_hyphen_values = true)]
     pub(crate) centre: Option<Centre>,
     /// Turn each shape about its centre by the rotation after which it is nearest to this one, a
     /// coefficient file
@@ -90,7 +87,10 @@ pub(crate) struct Fit {
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) table: Option<PathBuf>,
     /// The columns of that table
-    #[arg(long, value_enum, default_value_t = TableLayout::Harmolux, requires = "table")]
+    #[arg(
+        long, value_name = "LAYOUT", value_enum, default_value_t = TableLayout::Harmolux,
+        requires = "table"
+    )]
     pub(crate) table_layout: TableLayout,
     /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets
     /// it more than once
