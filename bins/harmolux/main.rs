@@ -13,6 +13,7 @@ mod illum;
 mod info;
 mod mean;
 mod mesh;
+mod modes;
 mod probe;
 mod random;
 mod render;
@@ -88,6 +89,7 @@ pub(crate) enum Verb {
     Mesh(mesh::Mesh),
     Transform(Box<transform::Transform>),
     Mean(mean::Mean),
+    Modes(modes::Modes),
     Random(random::Random),
 }
 
@@ -118,6 +120,7 @@ fn main() -> ExitCode {
         Verb::Mesh(verb) => mesh::run(verb, arguments.json),
         Verb::Transform(verb) => transform::run(verb, arguments.json),
         Verb::Mean(verb) => mean::run(verb, arguments.json),
+        Verb::Modes(verb) => modes::run(verb, arguments.json),
         Verb::Random(verb) => random::run(verb, arguments.json),
     };
     match done {

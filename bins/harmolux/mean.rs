@@ -6,13 +6,14 @@ use clap::Args;
 use glam::DVec3;
 use harmolux::error::shown_path;
 use harmolux::fit::Shape;
-use harmolux::io::coefficients;
+use harmolux::io::coefficients::NamedShape;
 use harmolux::sh::{Coefficients, Spectrum, difference, scatter, weighted_mean};
 use harmolux::{Error, Result};
 use serde_json::json;
 
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
+use crate::common::inputs::read_shapes;
 use crate::common::{paths, say, shape_file};
 
 /// Average shapes, and say how far each is from the mean
@@ -22,9 +23,10 @@ use crate::common::{paths, say, shape_file};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux mean rock-*.txt -o mean.txt
+  harmolux mean rocks.csv -o mean.txt                    the rows of a table
   harmolux mean young.txt old.txt -o between.txt --weights 3,1")]
 pub(crate) struct Mean {
-    /// The shapes: coefficient files
+    /// The shapes: coefficient files, or tables with a row for each
     #[arg(required = true)]
     pub(crate) shapes: Vec<PathBuf>,
     /// Where to write the mean shape
@@ -42,13 +44,11 @@ pub(crate) struct Mean {
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
-    let weights = weights(verb)?;
     let output = shape_file::open(&verb.output, verb.force)?;
-    let options = verb.reading.options();
-    let read = |path: &PathBuf| coefficients::read(path, &options);
-    let shapes: Vec<Shape> = verb.shapes.iter().map(read).collect::<Result<_>>()?;
-    let members: Vec<(&Coefficients, f64)> =
-        shapes.iter().map(|s| &s.coefficients).zip(weights.iter().copied()).collect();
+    let shapes = read_shapes(&verb.shapes, &verb.reading.options())?;
+    let weights = weights(verb, shapes.len())?;
+    let series = shapes.iter().map(|s| &s.shape.coefficients);
+    let members: Vec<(&Coefficients, f64)> = series.zip(weights.iter().copied()).collect();
     let mean = Shape { centre: centre(&shapes, &weights), ..Shape::new(weighted_mean(&members)?) };
     let distances: Vec<f64> =
         members.iter().map(|(f, _)| distance(f, &mean.coefficients)).collect();
@@ -58,9 +58,9 @@ pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
     let scatter =
         (verb.weights.is_none() && only.len() > 1).then(|| scatter(&only, &mean.coefficients));
     if as_json {
-        let row = |(path, rms): (&PathBuf, &f64)| {
+        let row = |(shape, rms): (&NamedShape, &f64)| {
             let mut row = json!({ "rms": rms });
-            paths::put(&mut row, "shape", path);
+            paths::put(&mut row, "shape", &shape.full_name());
             row
         };
         let mut value = json!({
@@ -69,15 +69,19 @@ pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
             "centre": mean.centre.to_array(),
             "mean_radius": radius,
             "scatter": scatter,
-            "distances": verb.shapes.iter().zip(&distances).map(row).collect::<Vec<_>>(),
+            "distances": shapes.iter().zip(&distances).map(row).collect::<Vec<_>>(),
         });
         paths::put(&mut value, "written", &verb.output);
         say::json(&value);
         return Ok(Code::Done);
     }
     let mut table = say::table(&["shape", "RMS distance, m", "of the mean radius"]);
-    for (path, d) in verb.shapes.iter().zip(&distances) {
-        table.add_row([shown_path(path), say::significant(*d, 4), say::percent(d / radius)]);
+    for (shape, d) in shapes.iter().zip(&distances) {
+        table.add_row([
+            shown_path(&shape.full_name()),
+            say::significant(*d, 4),
+            say::percent(d / radius),
+        ]);
     }
     say::data(&table.to_string());
     let scattered = |s| format!("{} m, {}", say::significant(s, 4), say::percent(s / radius));
@@ -90,8 +94,7 @@ pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
     Ok(Code::Done)
 }
 
-fn weights(verb: &Mean) -> Result<Vec<f64>> {
-    let count = verb.shapes.len();
+fn weights(verb: &Mean, count: usize) -> Result<Vec<f64>> {
     match &verb.weights {
         Some(weights) if weights.len() != count => Err(Error::Parameter(format!(
             "{count} shapes need {count} weights, found {}",
@@ -103,10 +106,10 @@ fn weights(verb: &Mean) -> Result<Vec<f64>> {
 }
 
 /// Averages the expansion centres, so that shapes about one point keep it.
-fn centre(shapes: &[Shape], weights: &[f64]) -> DVec3 {
-    let first = shapes.first().map_or(DVec3::ZERO, |s| s.centre);
+pub(crate) fn centre(shapes: &[NamedShape], weights: &[f64]) -> DVec3 {
+    let first = shapes.first().map_or(DVec3::ZERO, |s| s.shape.centre);
     let total: f64 = weights.iter().sum();
-    let offsets = shapes.iter().zip(weights).map(|(s, w)| w / total * (s.centre - first));
+    let offsets = shapes.iter().zip(weights).map(|(s, w)| w / total * (s.shape.centre - first));
     first + offsets.sum::<DVec3>()
 }
 

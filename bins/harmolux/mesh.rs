@@ -1,11 +1,12 @@
 //! `harmolux mesh`: coefficients become a mesh.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 use harmolux::Result;
-use harmolux::fit::{Resolution, Tessellation, tessellate};
+use harmolux::error::shown_path;
+use harmolux::fit::{Resolution, Shape, Tessellation, tessellate};
 use harmolux::io::coefficients;
 use harmolux::io::meshes::{MeshFormat, encode};
 use harmolux::io::output::Output;
@@ -17,23 +18,26 @@ use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
 use crate::common::progress::{self, Meter};
 use crate::common::values::{length, size};
-use crate::common::{paths, say};
+use crate::common::{folders, paths, say};
 
 /// Turn coefficients into a mesh
 ///
 /// The mesh is closed, its faces look outward, and its vertices are on the surface. Without a
 /// choice it is refined until the surface is within a thousandth of the mean radius of the faces.
+/// Each row of a table of shapes becomes an OBJ mesh in a folder.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux mesh head.txt -o head.ply                      to a thousandth of the mean radius
   harmolux mesh head.txt -o head.stl --tolerance 0.1mm
   harmolux mesh head.txt -o head.obj --resolution 64      81 920 faces of nearly one size
-  harmolux mesh head.txt -o head.obj --lat-long 90x180 -l 16")]
+  harmolux mesh head.txt -o head.obj --lat-long 90x180 -l 16
+  harmolux mesh rocks.csv -o rocks                        rocks/NAME.obj for each row")]
 pub(crate) struct Mesh {
-    /// Coefficients
+    /// Coefficients, or a table with a row for each shape
     pub(crate) shape: PathBuf,
-    /// Where to write the mesh: .obj, .ply or .stl
-    #[arg(short, long, value_name = "FILE")]
+    /// Where to write the mesh: .obj, .ply or .stl; of each row of a table a folder, made when it is
+    /// not there
+    #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: PathBuf,
     /// Cut each edge of an icosahedron into N: 20 N^2 faces
     #[arg(
@@ -92,27 +96,85 @@ impl Tolerance {
     }
 }
 
+/// What a series became.
+struct Made {
+    tessellation: Tessellation,
+    volume: f64,
+    mean_radius: f64,
+}
+
 /// Runs the verb.
 pub(crate) fn run(verb: &Mesh, as_json: bool) -> Result<Code> {
     let started = Instant::now();
-    let format = MeshFormat::for_writing(&verb.output)?;
-    let output = Output::open(&verb.output, &format.kind(), verb.force)?;
-    let shape = coefficients::read(&verb.shape, &verb.reading.options())?;
-    let shape = verb.degree.map_or(shape.clone(), |l| shape.truncated(l as usize));
-    let f = &shape.coefficients;
-    let meter = Meter::start("making the mesh");
-    let made = tessellate(f, shape.centre, resolution(verb, f.mean()))
-        .map_err(|e| about(&verb.shape, e))?;
-    let volume = volume(f)?;
-    output.write(&encode(&made.mesh, format)?)?;
-    drop(meter);
-    if as_json {
-        say::json(&value(verb, &made, volume));
+    if folders::is_folder(&verb.output) {
+        folders::within(&verb.output, || make_all(verb, as_json))?;
     } else {
-        report(verb, &made, volume, f.mean());
+        make_one(verb, as_json)?;
+    }
+    if !as_json {
         say::note(&format!("written in {}", progress::duration(started.elapsed())));
     }
     Ok(Code::Done)
+}
+
+fn make_one(verb: &Mesh, as_json: bool) -> Result<()> {
+    let format = MeshFormat::for_writing(&verb.output)?;
+    let output = Output::open(&verb.output, &format.kind(), verb.force)?;
+    let shape = coefficients::read(&verb.shape, &verb.reading.options())?;
+    let meter = Meter::start("making the mesh");
+    let made = make(verb, &shape, &verb.shape)?;
+    output.write(&encode(&made.tessellation.mesh, format)?)?;
+    drop(meter);
+    if as_json {
+        say::json(&value(&made, &verb.output));
+    } else {
+        report(verb, &made);
+    }
+    Ok(())
+}
+
+/// Makes a mesh of each row; when one fails, those before it stand.
+fn make_all(verb: &Mesh, as_json: bool) -> Result<()> {
+    let shapes = coefficients::read_all(&verb.shape, &verb.reading.options())?;
+    let files = folders::files(&verb.output, &shapes, "obj")?;
+    let open = |path: &Path| Output::open(path, &MeshFormat::Obj.kind(), verb.force);
+    files.iter().try_for_each(|path| open(path).map(drop))?;
+    let meter = Meter::start("making the meshes");
+    let mut table = say::table(&["shape", "vertices", "faces", "chord error, m", "volume, m3"]);
+    let mut values = Vec::new();
+    for (i, (shape, path)) in shapes.iter().zip(&files).enumerate() {
+        let (output, name) = (open(path)?, shape.full_name());
+        let made = make(verb, &shape.shape, &name)?;
+        let Tessellation { mesh, chord_error } = &made.tessellation;
+        output.write(&encode(mesh, MeshFormat::Obj)?)?;
+        table.add_row([
+            shown_path(&name),
+            mesh.positions().len().to_string(),
+            mesh.triangles().len().to_string(),
+            say::significant(chord_error.measured, 3),
+            say::significant(mesh.volume(), 7),
+        ]);
+        values.push(value(&made, path));
+        meter.count(i + 1, shapes.len(), &shown_path(&name));
+    }
+    drop(meter);
+    if as_json {
+        let mut value = json!({ "meshes": values });
+        paths::put(&mut value, "written", &verb.output);
+        say::json(&value);
+    } else {
+        say::data(&table.to_string());
+    }
+    Ok(())
+}
+
+fn make(verb: &Mesh, shape: &Shape, name: &Path) -> Result<Made> {
+    let shape = verb.degree.map_or(shape.clone(), |l| shape.truncated(l as usize));
+    let f = &shape.coefficients;
+    let mean_radius = f.mean();
+    let tessellation =
+        tessellate(f, shape.centre, resolution(verb, mean_radius)).map_err(|e| about(name, e))?;
+    Ok(Made { tessellation, volume: volume(f)?, mean_radius })
 }
 
 fn resolution(verb: &Mesh, mean_radius: f64) -> Resolution {
@@ -125,7 +187,7 @@ fn resolution(verb: &Mesh, mean_radius: f64) -> Resolution {
     Resolution::Adaptive { tolerance: verb.tolerance.unwrap_or(DEFAULT).metres(mean_radius) }
 }
 
-fn value(verb: &Mesh, made: &Tessellation, volume: f64) -> Value {
+fn value(Made { tessellation: made, volume, .. }: &Made, written: &Path) -> Value {
     let mut value = json!({
         "vertices": made.mesh.positions().len(),
         "faces": made.mesh.triangles().len(),
@@ -134,11 +196,11 @@ fn value(verb: &Mesh, made: &Tessellation, volume: f64) -> Value {
         "volume": made.mesh.volume(),
         "series_volume": volume,
     });
-    paths::put(&mut value, "written", &verb.output);
+    paths::put(&mut value, "written", written);
     value
 }
 
-fn report(verb: &Mesh, made: &Tessellation, volume: f64, mean_radius: f64) {
+fn report(verb: &Mesh, Made { tessellation: made, volume, mean_radius }: &Made) {
     let error = made.chord_error;
     let bound = error.bound.map_or(String::new(), |bound| {
         format!(", certainly not above {} m", say::significant(bound, 3))

@@ -16,7 +16,7 @@ use serde_json::json;
 use crate::common::exit::Code;
 use crate::common::shape_file;
 use crate::common::values::{Settings, settings};
-use crate::common::{paths, say};
+use crate::common::{folders, paths, say};
 
 /// Draw random shapes: Gaussian random spheres, or Gaussian radii of a given spectrum
 ///
@@ -89,19 +89,12 @@ pub(crate) fn run(verb: &Random, as_json: bool) -> Result<Code> {
         return finish(verb, &files, draw.as_ref(), as_json);
     };
     let folder = &verb.output;
-    let is_new = !folder.exists();
-    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create", e))?;
     let file = |i: u32| {
         let seed = verb.seed.wrapping_add(u64::from(i));
         (seed, folder.join(format!("{seed}.txt")))
     };
     let files: Vec<(u64, PathBuf)> = (0..count).map(file).collect();
-    let done = finish(verb, &files, draw.as_ref(), as_json);
-    if done.is_err() && is_new {
-        // Removes an empty folder only.
-        let _ = std::fs::remove_dir(folder);
-    }
-    done
+    folders::within(folder, || finish(verb, &files, draw.as_ref(), as_json))
 }
 
 impl Random {

@@ -1,12 +1,11 @@
 //! `harmolux spectrum`: how much of a shape each degree carries.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use harmolux::Result;
 use harmolux::error::shown;
-use harmolux::fit::Shape;
-use harmolux::io::coefficients;
+use harmolux::io::coefficients::NamedShape;
 use harmolux::io::output::Stage;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::plots::{Axis, Curve, Figure};
@@ -14,6 +13,7 @@ use harmolux::sh;
 
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
+use crate::common::inputs::read_shapes;
 use crate::common::target::{Target, write_all};
 use crate::common::{plot, say};
 
@@ -29,7 +29,7 @@ use crate::common::{plot, say};
   harmolux spectrum head.txt rock.txt -o spectra.svg
   harmolux spectrum *.txt -o spectra.csv")]
 pub(crate) struct Spectrum {
-    /// Coefficient files
+    /// Coefficient files, or tables with a row for each shape
     #[arg(required = true, value_name = "SHAPE")]
     pub(crate) shapes: Vec<PathBuf>,
     /// Write a table (.csv) or a plot (.svg, .png); may be repeated
@@ -56,11 +56,7 @@ pub(crate) fn run(verb: &Spectrum, as_json: bool) -> Result<Code> {
     let mut table = Table::new(["shape", "degree", "power_m2", "amplitude_m", "remainder_m"]);
     let targets = verb.output.iter().map(|path| Target::open(path, &table, verb.force));
     let targets: Vec<Target> = targets.collect::<Result<_>>()?;
-    let mut shapes = Vec::new();
-    for path in &verb.shapes {
-        shapes.push(Named::of(path, &coefficients::read(path, &verb.reading.options())?));
-    }
-    tell_apart(&mut shapes, &verb.shapes);
+    let shapes = named(&read_shapes(&verb.shapes, &verb.reading.options())?);
     for shape in &shapes {
         shape.fill(&mut table);
     }
@@ -82,11 +78,6 @@ pub(crate) fn run(verb: &Spectrum, as_json: bool) -> Result<Code> {
 }
 
 impl Named {
-    fn of(path: &Path, shape: &Shape) -> Self {
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Self { name, spectrum: sh::Spectrum::of(&shape.coefficients) }
-    }
-
     fn fill(&self, table: &mut Table) {
         for degree in self.spectrum.degrees() {
             table.push([
@@ -100,14 +91,16 @@ impl Named {
     }
 }
 
-/// Calls shapes by their whole path where their names are the same.
-fn tell_apart(shapes: &mut [Named], paths: &[PathBuf]) {
-    let names: Vec<String> = shapes.iter().map(|shape| shape.name.clone()).collect();
-    for (shape, path) in shapes.iter_mut().zip(paths) {
-        if names.iter().filter(|name| **name == shape.name).count() > 1 {
-            shape.name = path.display().to_string();
-        }
-    }
+/// Takes the spectra; shapes are called by their whole path where their names are the same.
+fn named(shapes: &[NamedShape]) -> Vec<Named> {
+    let names: Vec<String> = shapes.iter().map(NamedShape::name).collect();
+    let name = |shape: &NamedShape, name: &String| {
+        let is_double = names.iter().filter(|other| *other == name).count() > 1;
+        if is_double { shape.full_name().display().to_string() } else { name.clone() }
+    };
+    let spectrum = |shape: &NamedShape| sh::Spectrum::of(&shape.shape.coefficients);
+    let one = |(s, n)| Named { name: name(s, n), spectrum: spectrum(s) };
+    shapes.iter().zip(&names).map(one).collect()
 }
 
 fn figure(shapes: &[Named]) -> Figure {

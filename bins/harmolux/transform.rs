@@ -193,7 +193,7 @@ fn lines(verb: &Transform, before: &Shape, done: &Reshaped) -> Vec<(&'static str
     ];
     lines.extend(done.recentred.as_ref().map(|r| ("recentred", recentred(r))));
     lines.extend(done.alignment.as_ref().map(|a| ("aligned", aligned(a))));
-    lines.extend(done.rotation.as_ref().map(|r| ("turned", turned(r))));
+    lines.extend(done.rotation.as_ref().map(|r| ("turned", say::turn(r))));
     lines.push(("written", verb.output.display().to_string()));
     lines
 }
@@ -219,13 +219,6 @@ fn axes_fixed(top: InertiaSymmetry) -> &'static str {
         InertiaSymmetry::Symmetric => "one axis",
         InertiaSymmetry::Spherical => "no axis",
     }
-}
-
-fn turned(rotation: &Rotation) -> String {
-    let EulerAngles { alpha, beta, gamma } = rotation.euler();
-    let [alpha, beta, gamma] = [alpha, beta, gamma].map(|a| format!("{:.3}", a.to_degrees()));
-    let angle = rotation.angle().to_degrees();
-    format!("by {angle:.3} degrees; Euler angles {alpha}, {beta}, {gamma} (z-y-z)")
 }
 
 fn vector(p: DVec3) -> String {

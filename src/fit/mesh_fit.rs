@@ -41,6 +41,17 @@ pub struct FoldPolicy {
     pub limit: f64,
 }
 
+/// Chooses the expansion centre, by the same rule for every shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Centre {
+    /// A point in the axes of the mesh.
+    At(DVec3),
+    /// The centroid of the enclosed volume; of points their weighted mean.
+    Centroid,
+    /// The point of the largest clearance, see [`star::best_centre`].
+    Best,
+}
+
 /// Sets a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitSettings {
@@ -48,8 +59,8 @@ pub struct FitSettings {
     pub lmax: usize,
     /// How the mesh is projected.
     pub projection: Projection,
-    /// The expansion centre in the axes of the mesh; chosen when `None`.
-    pub centre: Option<DVec3>,
+    /// The expansion centre; chosen when `None`, as [`fit`] says.
+    pub centre: Option<Centre>,
     /// How a mesh that is not star-shaped is fitted; refused when `None`.
     pub not_star: Option<FoldPolicy>,
     /// Damps the series against ringing.
@@ -211,8 +222,11 @@ fn project(radius: &RadialMesh, settings: &FitSettings) -> Result<Coefficients> 
 }
 
 fn choose_centre(mesh: &Mesh, settings: &FitSettings) -> Result<DVec3> {
-    if let Some(centre) = settings.centre {
-        return Ok(centre);
+    match settings.centre {
+        Some(Centre::At(centre)) => return Ok(centre),
+        Some(Centre::Centroid) => return Ok(mesh.centroid(mesh.bounds().centre())),
+        Some(Centre::Best) => return Ok(star::best_centre(mesh)?.0),
+        None => {}
     }
     if star::test(mesh, DVec3::ZERO)?.is_star_shaped() {
         return Ok(DVec3::ZERO);
@@ -298,8 +312,19 @@ mod tests {
     }
 
     #[test]
+    fn rule_of_the_centre_holds_though_the_origin_would_do() {
+        let mesh = cube(DVec3::splat(0.2));
+        for rule in [Centre::Centroid, Centre::Best, Centre::At(DVec3::splat(0.2))] {
+            let settings = FitSettings { centre: Some(rule), ..SETTINGS };
+            let found = fit(&mesh, &settings).expect("star-shaped").centre;
+            // The linear program is good to 1e-6 of the size.
+            assert!((found - DVec3::splat(0.2)).length() <= 4e-6, "{rule:?}: {found}");
+        }
+    }
+
+    #[test]
     fn a_centre_outside_is_refused_with_a_better_one() {
-        let settings = FitSettings { centre: Some(DVec3::splat(3.0)), ..SETTINGS };
+        let settings = FitSettings { centre: Some(Centre::At(DVec3::splat(3.0))), ..SETTINGS };
         let error = fit(&cube(DVec3::ZERO), &settings).expect_err("outside");
         assert!(error.to_string().contains("star-shaped about"), "{error}");
     }

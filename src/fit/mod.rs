@@ -18,7 +18,9 @@ mod tessellation;
 pub use check::{Check, CheckSettings, FAULTLESS_COLOUR, FaceFault, StarCheck};
 pub use envelope::{Envelope, least_folded};
 pub use fit_error::{FitError, fit_error};
-pub use mesh_fit::{Fit, FitSettings, FoldPolicy, Projection, fit, mesh_bytes, series_bytes};
+pub use mesh_fit::{
+    Centre, Fit, FitSettings, FoldPolicy, Projection, fit, mesh_bytes, series_bytes,
+};
 pub use point_fit::{PointFit, fit_points};
 pub use projection::{project_conforming, project_faces, project_grid, project_rays};
 pub use radial_mesh::{Folds, RadialMesh, RadialSamples};

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use crate::fit::mesh_fit::{FitSettings, Projection};
+use crate::fit::mesh_fit::{Centre, FitSettings, Projection};
 use crate::math::Aabb;
 use crate::mesh::Points;
 use crate::sh::{Coefficients, Series, StandardError, fit_with_error};
@@ -34,7 +34,7 @@ pub struct PointFit {
 /// of the points, else about their weighted mean.
 ///
 /// # Errors
-/// [`Error::Parameter`] when the settings ask for a projection that needs faces;
+/// [`Error::Parameter`] when the settings ask for a projection or a centre that needs faces;
 /// [`Error::Geometry`] for a point at the centre; and as [`fit_with_error`].
 pub fn fit_points(points: &Points, settings: &FitSettings) -> Result<PointFit> {
     let Projection::LeastSquares { lambda } = settings.projection else {
@@ -42,7 +42,7 @@ pub fn fit_points(points: &Points, settings: &FitSettings) -> Result<PointFit> {
             "points have no faces to project: fit them by least squares".to_owned(),
         ));
     };
-    let centre = settings.centre.unwrap_or_else(|| choose_centre(points));
+    let centre = choose_centre(points, settings.centre)?;
     let radii: Vec<f64> = points.positions.iter().map(|p| p.distance(centre)).collect();
     let direction = |(i, p): (usize, &DVec3)| {
         (*p - centre).try_normalize().ok_or_else(|| {
@@ -72,15 +72,25 @@ pub fn fit_points(points: &Points, settings: &FitSettings) -> Result<PointFit> {
     Ok(PointFit { coefficients, centre, rms, max, error, count, projection_time })
 }
 
-fn choose_centre(points: &Points) -> DVec3 {
+fn choose_centre(points: &Points, rule: Option<Centre>) -> Result<DVec3> {
+    match rule {
+        Some(Centre::At(centre)) => return Ok(centre),
+        Some(Centre::Best) => {
+            return Err(Error::Parameter(
+                "points have no faces that a centre could be best for: take their centroid"
+                    .to_owned(),
+            ));
+        }
+        Some(Centre::Centroid) | None => {}
+    }
     let bounds = Aabb::of_points(points.positions.iter().copied());
     let inside = bounds.min.cmplt(DVec3::ZERO).all() && bounds.max.cmpgt(DVec3::ZERO).all();
-    if inside {
-        return DVec3::ZERO;
+    if inside && rule.is_none() {
+        return Ok(DVec3::ZERO);
     }
     let all: f64 = points.weights.iter().sum();
     let moment: DVec3 = points.positions.iter().zip(&points.weights).map(|(p, w)| *p * *w).sum();
-    moment / all
+    Ok(moment / all)
 }
 
 #[cfg(test)]
@@ -115,6 +125,16 @@ mod tests {
         points.positions[7] = DVec3::ZERO;
         let refused = fit_points(&points, &SETTINGS).expect_err("refused");
         assert!(refused.to_string().starts_with("point 7 (from 0)"), "{refused}");
+    }
+
+    #[test]
+    fn centre_is_found_by_the_rule() {
+        let middle = DVec3::splat(0.1);
+        let fit = |rule| fit_points(&ball(middle), &FitSettings { centre: Some(rule), ..SETTINGS });
+        let centroid = fit(Centre::Centroid).expect("determined").centre;
+        assert!((centroid - middle).length() <= 0.02 && centroid != DVec3::ZERO);
+        assert_eq!(fit(Centre::At(middle)).expect("determined").centre, middle);
+        assert!(fit(Centre::Best).expect_err("refused").to_string().contains("centroid"));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 mod align;
 mod batch;
+mod best_rotation;
 mod bounds;
 mod coefficients;
 mod combination;
@@ -14,6 +15,7 @@ mod least;
 mod least_squares;
 mod legendre;
 mod mirror;
+mod modes;
 mod moments;
 mod normalisation;
 mod position;
@@ -30,6 +32,7 @@ mod truncation;
 mod two_step;
 
 pub use align::{Alignment, InertiaSymmetry, align};
+pub use best_rotation::best_rotation;
 pub use bounds::{Bounds, least, range, require_positive, rounding};
 pub use coefficients::Coefficients;
 pub use combination::{difference, mean, scatter, weighted_mean};
@@ -41,6 +44,7 @@ pub use least::Least;
 pub use least_squares::{MAX_LEAST_SQUARES_DEGREE, fit_with_error, scattered_fit};
 pub use legendre::MAX_DEGREE;
 pub use mirror::{Axis, mirrored};
+pub use modes::{Mode, Modes, modes};
 pub use moments::Moments;
 pub use normalisation::{CondonShortley, Convention, Normalisation};
 pub use position::{RadialPart, positions, radius_of};

@@ -12,7 +12,7 @@ use glam::DVec3;
 
 use crate::Result;
 use crate::error::InputError;
-use crate::fit::{Fit, FitSettings, fit};
+use crate::fit::{Centre, Fit, FitSettings, fit};
 use crate::io::coefficients::{self, SeriesFormat};
 use crate::io::input::{FilesRead, Input};
 use crate::io::meshes;
@@ -178,6 +178,7 @@ fn read_sh(path: &Path, SeriesKey { degree, centre }: SeriesKey) -> Result<(Shar
         let degree = degree.min(shape.coefficients.degree_in_use());
         ((shape.coefficients.truncated(degree), shape.centre, None), read)
     } else {
+        let centre = centre.map(Centre::At);
         let settings = FitSettings { centre, ..FitSettings::of_degree(degree) };
         let (mesh, read) = meshes::read_input(input)?;
         let fit = fit(&mesh, &settings)?;

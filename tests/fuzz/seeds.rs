@@ -39,7 +39,12 @@ const FIXTURES: [(&str, &str); 10] = [
 ];
 
 /// Text of each kind: its target and what stands in it.
-const TEXTS: [(&str, &str); 20] = [
+const TEXTS: [(&str, &str); 21] = [
+    (
+        "table",
+        "name,normalisation,csphase,centre_x_m,C0_0_m,C1_0_m,C1_1_m,S1_1_m\n\
+         a,4pi,1,0,1,0,0.5,0\nb,ortho,-1,2,1,0,0,-1e-3\n",
+    ),
     ("off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"),
     (
         "ply",

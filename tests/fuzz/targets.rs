@@ -42,7 +42,7 @@ const QUICK: u64 = 16_000;
 const CHAINS: u64 = 800;
 
 /// All targets.
-pub(crate) const TARGETS: [Target; 26] = [
+pub(crate) const TARGETS: [Target; 27] = [
     ("obj", QUICK, |data| mesh("mesh.obj", data)),
     ("ply", QUICK, |data| mesh("mesh.ply", data)),
     ("stl", QUICK, |data| mesh("mesh.stl", data)),
@@ -56,6 +56,7 @@ pub(crate) const TARGETS: [Target; 26] = [
     ("fits", QUICK, |data| series(SeriesFormat::Fits, data)),
     ("spharm_pdm", QUICK, |data| series(SeriesFormat::SpharmPdm, data)),
     ("aics", QUICK, |data| series(SeriesFormat::Aics, data)),
+    ("table", QUICK, |data| series(SeriesFormat::Table, data)),
     ("shadr", QUICK, |data| series(SeriesFormat::Shadr, data)),
     ("icgem", QUICK, |data| series(SeriesFormat::Icgem, data)),
     ("binary", QUICK, in_binary),

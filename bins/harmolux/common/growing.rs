@@ -110,8 +110,9 @@ impl GrowingTable {
         Ok(written)
     }
 
-    /// Adds a row to the file, and waits until the disk has it.
-    fn append(&self, row: &[Cell]) -> Result<()> {
+    /// Adds a row to the file, and waits until the disk has it; for who keeps the run from being
+    /// interrupted.
+    pub(crate) fn append(&self, row: &[Cell]) -> Result<()> {
         let line = Table::csv_line(row)?;
         self.stays.store(true, Ordering::Relaxed);
         let mut file = self.claim.file()?;

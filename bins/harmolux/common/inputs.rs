@@ -1,9 +1,9 @@
 //! Meshes, points and shapes as several verbs read them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use harmolux::Result;
-use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, spharm_pdm};
+use harmolux::io::coefficients::{self, NamedShape, ReadOptions, SeriesFormat, spharm_pdm};
 use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::io::points::{self, PointOptions};
@@ -78,6 +78,12 @@ pub(crate) fn read_points(
     let (mut cloud, read) = points::read_input(input, options)?;
     cloud.positions.iter_mut().for_each(|p| *p = habits.unit.metres() * habits.up.to_z(*p));
     Ok((cloud, read))
+}
+
+/// Reads the shapes of several coefficient files, of a table all rows.
+pub(crate) fn read_shapes(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<NamedShape>> {
+    let read = paths.iter().map(|path| coefficients::read_all(path, options));
+    Ok(read.collect::<Result<Vec<_>>>()?.concat())
 }
 
 /// Returns the format of a coefficient file by its beginning; a mesh is none, whatever its

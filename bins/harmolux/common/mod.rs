@@ -4,6 +4,7 @@ pub(crate) mod about;
 pub(crate) mod advice;
 pub(crate) mod exit;
 pub(crate) mod flags;
+pub(crate) mod folders;
 pub(crate) mod growing;
 pub(crate) mod inputs;
 pub(crate) mod interrupt;

@@ -7,6 +7,7 @@ use comfy_table::{CellAlignment, Table};
 use glam::DVec3;
 use harmolux::Error;
 use harmolux::error::{abridged, presented, shown_lines};
+use harmolux::math::{EulerAngles, Rotation};
 use harmolux::sh::Convention;
 use serde_json::Value;
 
@@ -149,6 +150,14 @@ pub(crate) fn bytes(n: usize) -> String {
 pub(crate) fn point(p: DVec3) -> String {
     let [x, y, z] = p.to_array().map(|v| significant(v, 4));
     format!("({x}, {y}, {z}) m")
+}
+
+/// Says by how much, and by which angles, something is turned.
+pub(crate) fn turn(rotation: &Rotation) -> String {
+    let EulerAngles { alpha, beta, gamma } = rotation.euler();
+    let [alpha, beta, gamma] = [alpha, beta, gamma].map(|a| format!("{:.3}", a.to_degrees()));
+    let angle = rotation.angle().to_degrees();
+    format!("by {angle:.3} degrees; Euler angles {alpha}, {beta}, {gamma} (z-y-z)")
 }
 
 #[cfg(test)]

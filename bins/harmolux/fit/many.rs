@@ -1,4 +1,5 @@
-//! `harmolux fit` of several meshes: a folder of coefficient files and one table of all fits.
+//! `harmolux fit` of several meshes: a folder of coefficient files, one table of all fits, and one of
+//! all shapes where it is asked for.
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
@@ -8,6 +9,7 @@ use std::time::Instant;
 use harmolux::error::shown;
 use harmolux::io::input::FilesRead;
 use harmolux::io::tables::{Cell, Table};
+use harmolux::math::EulerAngles;
 use harmolux::study::batch;
 use harmolux::{Error, Result};
 
@@ -16,13 +18,16 @@ use crate::common::growing::{GrowingTable, KEY, key};
 use crate::common::inputs::files;
 use crate::common::progress::Meter;
 use crate::common::shape_file;
-use crate::common::{interrupt, say};
+use crate::common::{folders, interrupt, say};
 use crate::fit::report::warnings;
-use crate::fit::{Fit, Fitted, ProjectionName, fit_file, settings, write};
+use crate::fit::rows::ShapeRows;
+use crate::fit::{Done, Fit, Fitted, ProjectionName, Reference, fit_file, settings};
 
 /// One mesh, done or refused.
 struct Row {
     cells: Vec<Cell>,
+    /// The shape in the table of all, where there is one.
+    shape: Option<Vec<Cell>>,
     error: Option<Error>,
     warnings: Vec<String>,
 }
@@ -33,27 +38,29 @@ impl Row {
     }
 }
 
-/// Runs the verb; a folder made for it does not stay behind empty when it is refused.
-pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
-    let is_new = !verb.output.exists();
-    std::fs::create_dir_all(&verb.output).map_err(|e| Error::io(&verb.output, "create", e))?;
-    let done = fit_all(verb, as_json);
-    if done.is_err() && is_new {
-        // Removes an empty folder only.
-        let _ = std::fs::remove_dir(&verb.output);
-    }
-    done
+/// Runs the verb.
+pub(crate) fn run(verb: &Fit, reference: Option<&Reference>, as_json: bool) -> Result<Code> {
+    folders::within(&verb.output, || fit_all(&Batch { verb, reference }, as_json))
 }
 
-fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
+/// What is asked for.
+struct Batch<'a> {
+    verb: &'a Fit,
+    reference: Option<&'a Reference>,
+}
+
+fn fit_all(asked: &Batch, as_json: bool) -> Result<Code> {
+    let verb = asked.verb;
     let all = verb.meshes.len();
     let meter = Meter::start(&format!("0 of {all}"));
-    let mut table = GrowingTable::open(&verb.output.join("fits.csv"), columns(), verb.force)?;
-    let tasks = tasks(verb, &mut table)?;
+    let mut table = GrowingTable::open(&verb.output.join("fits.csv"), columns(verb), verb.force)?;
+    let mut shapes = ShapeRows::open(verb)?;
+    let tasks = tasks(asked, &mut table, shapes.as_mut())?;
     table.begin()?;
+    shapes.as_mut().map_or(Ok(()), ShapeRows::begin)?;
     let results = batch(
         tasks,
-        |task| task.finish(verb, &table),
+        |task| task.finish(asked, &table, shapes.as_ref()),
         |result, done| match result {
             Ok(row) => {
                 row.error.iter().for_each(say::error);
@@ -64,34 +71,43 @@ fn fit_all(verb: &Fit, as_json: bool) -> Result<Code> {
         },
     );
     drop(meter);
-    let rows: Vec<Row> = results.into_iter().flatten().collect::<Result<_>>()?;
+    let mut rows: Vec<Row> = results.into_iter().flatten().collect::<Result<_>>()?;
     for (row, warning) in rows.iter().flat_map(|row| row.warnings.iter().map(move |w| (row, w))) {
         say::warning(&format!("{}: {warning}", row.name()));
     }
     let failed = rows.iter().filter(|row| row.error.is_some()).map(Row::name).collect::<Vec<_>>();
     let whole = interrupt::writing();
+    if let Some(shapes) = shapes {
+        shapes.finish(rows.iter_mut().filter_map(|row| row.shape.take()).collect())?;
+    }
     let table = table.finish(rows.into_iter().map(|row| row.cells).collect())?;
     drop(whole);
     if as_json {
         say::raw(String::from_utf8_lossy(&table.to_json()?).trim_end());
     } else {
         print(&table);
-        say::note(&format!("written to {}", verb.output.display()));
+        let also = verb.table.as_ref().map(|table| format!(" and {}", table.display()));
+        say::note(&format!("written to {}{}", verb.output.display(), also.unwrap_or_default()));
     }
     Ok(verdict(&failed, all))
 }
 
 /// A mesh and what is to be done about it.
 enum Task {
-    /// Nothing: it has its row and its file.
-    Done(Vec<Cell>),
+    /// It has its row and its file, and its row in the table of shapes, or not yet.
+    Done(Vec<Cell>, PathBuf, Option<Vec<Cell>>),
     /// It is fitted, and written to a file that is held only then: there may be more than can be
     /// open at once.
     Fit(PathBuf, PathBuf),
 }
 
 /// Looks which meshes an earlier run has done, and whether the files of the others can be written.
-fn tasks(verb: &Fit, table: &mut GrowingTable) -> Result<Vec<Task>> {
+fn tasks(
+    asked: &Batch,
+    table: &mut GrowingTable,
+    mut shapes: Option<&mut ShapeRows>,
+) -> Result<Vec<Task>> {
+    let verb = asked.verb;
     let mut taken: HashMap<PathBuf, &Path> = HashMap::new();
     let mut all = Vec::new();
     for mesh in &verb.meshes {
@@ -107,12 +123,16 @@ fn tasks(verb: &Fit, table: &mut GrowingTable) -> Result<Vec<Task>> {
             )));
         }
         let first = [name_of(mesh)];
-        let key = || Ok(key_of(verb, &files(mesh)?));
+        let key = || Ok(asked.key_of(&files(mesh)?));
         let done = table.done(&first, key)?.filter(|_| path.is_file());
+        let shape = shapes.as_ref().map(|shapes| shapes.done(&path, key)).transpose()?.flatten();
         all.push(if let Some(row) = done {
-            Task::Done(row)
+            Task::Done(row, path, shape)
         } else {
             table.leave_out(&first);
+            if let Some(shapes) = shapes.as_deref_mut() {
+                shapes.leave_out(&path);
+            }
             drop(shape_file::open(&path, verb.force)?);
             Task::Fit(mesh.clone(), path)
         });
@@ -124,44 +144,66 @@ fn name_of(mesh: &Path) -> Cell {
     mesh.display().to_string().into()
 }
 
-/// Returns what a fit follows from.
-fn key_of(verb: &Fit, read: &FilesRead) -> String {
-    let settings = settings(verb, ProjectionName::Conforming);
-    key(read, &(settings, verb.projection.is_some(), verb.weights, &verb.habits))
+impl Batch<'_> {
+    /// Returns what a fit follows from.
+    fn key_of(&self, read: &FilesRead) -> String {
+        let verb = self.verb;
+        let settings = settings(verb, ProjectionName::Conforming);
+        let reference = self.reference.map(|reference| reference.files.file.to_string());
+        let special = (verb.projection.is_some(), verb.weights, reference);
+        key(read, &(settings, special, &verb.habits))
+    }
 }
 
 impl Task {
-    /// Fits, and writes the row and the coefficients. What goes wrong with one mesh is its row's.
-    fn finish(self, verb: &Fit, table: &GrowingTable) -> Result<Row> {
-        let (mesh, output) = match self {
-            Self::Done(cells) => return Ok(Row { cells, error: None, warnings: Vec::new() }),
-            Self::Fit(mesh, output) => (mesh, output),
+    /// Fits, and writes the rows and the coefficients. What goes wrong with one mesh is its row's.
+    fn finish(
+        self,
+        asked: &Batch,
+        table: &GrowingTable,
+        shapes: Option<&ShapeRows>,
+    ) -> Result<Row> {
+        let (mesh, path) = match self {
+            Self::Done(cells, path, shape) => {
+                let missing = shapes.filter(|_| shape.is_none());
+                let shape = match missing {
+                    Some(shapes) => Some(shapes.add_file(&path, cells.last())?),
+                    None => shape,
+                };
+                return Ok(Row { cells, shape, error: None, warnings: Vec::new() });
+            }
+            Self::Fit(mesh, path) => (mesh, path),
         };
+        let verb = asked.verb;
         let started = Instant::now();
-        let fit = || Ok((shape_file::open(&output, verb.force)?, fit_file(verb, &mesh)?));
+        let open = || shape_file::open(&path, verb.force);
+        let fit = || Ok((open()?, fit_file(verb, asked.reference, &mesh)?));
         let fitted = fit();
         let seconds = started.elapsed().as_secs_f64();
-        let cells = |fitted: std::result::Result<&(Fitted, FilesRead), &Error>| {
-            cells(verb, &mesh, fitted, seconds)
-        };
-        let row = cells(fitted.as_ref().map(|(_, fitted)| fitted));
+        let cells =
+            |fitted: std::result::Result<&Done, &Error>| cells(asked, &mesh, fitted, seconds);
+        let row = cells(fitted.as_ref().map(|(_, done)| done));
         let written = table.append_with(&row, || {
-            let (output, (fitted, files)) = fitted?;
-            write(verb, &fitted, files.file.source(), output)?;
-            Ok(warnings(verb, &fitted))
+            let (output, done) = fitted?;
+            done.write(verb, output)?;
+            let add = |shapes: &ShapeRows| shapes.add(&path, &done.shape(), row.last());
+            Ok((warnings(verb, &done.fitted), shapes.map(add).transpose()?))
         })?;
         Ok(match written {
-            Ok(warnings) => Row { cells: row, error: None, warnings },
+            Ok((warnings, shape)) => Row { cells: row, shape, error: None, warnings },
             Err(error) => {
                 let cells = cells(Err(&error));
-                Row { cells, error: Some(error), warnings: Vec::new() }
+                Row { cells, shape: None, error: Some(error), warnings: Vec::new() }
             }
         })
     }
 }
 
-fn columns() -> Table {
-    Table::new([
+/// The columns of the rotation by which shapes are aligned, which stand before the time.
+const TURN: [&str; 3] = ["alpha_degrees", "beta_degrees", "gamma_degrees"];
+
+fn columns(verb: &Fit) -> Table {
+    let errors = [
         "name",
         "degree",
         "centre_x",
@@ -178,22 +220,21 @@ fn columns() -> Table {
         "area",
         "mesh_area",
         "folded_share",
-        "seconds",
-        "warning",
-        "error",
-        KEY,
-    ])
+    ];
+    let turn = if verb.align_to.is_some() { &TURN[..] } else { &[] };
+    Table::new([&errors[..], turn, &["seconds", "warning", "error", KEY]].concat())
 }
 
 fn cells(
-    verb: &Fit,
+    asked: &Batch,
     mesh: &Path,
-    fitted: std::result::Result<&(Fitted, FilesRead), &Error>,
+    fitted: std::result::Result<&Done, &Error>,
     seconds: f64,
 ) -> Vec<Cell> {
+    let verb = asked.verb;
     let mut cells = vec![name_of(mesh), Cell::Whole(verb.degree.into())];
-    match fitted {
-        Ok((Fitted::Mesh(fit), _)) => {
+    match fitted.map(|done| &done.fitted) {
+        Ok(Fitted::Mesh(fit)) => {
             let error = &fit.error;
             cells.extend(fit.centre.to_array().map(Cell::Number));
             let numbers = [
@@ -211,7 +252,7 @@ fn cells(
             ];
             cells.extend(numbers.map(Cell::Number));
         }
-        Ok((Fitted::Points(fit), _)) => {
+        Ok(Fitted::Points(fit)) => {
             cells.extend(fit.centre.to_array().map(Cell::Number));
             cells.push(Cell::Empty);
             cells.extend([fit.coefficients.mean(), fit.rms, fit.max].map(Cell::Number));
@@ -219,11 +260,17 @@ fn cells(
         }
         Err(_) => cells.extend(vec![Cell::Empty; 14]),
     }
+    if asked.reference.is_some() {
+        let turn = fitted.ok().and_then(|done| done.turn).map(|turn| turn.euler());
+        let angles = |e: EulerAngles| [e.alpha, e.beta, e.gamma].map(f64::to_degrees);
+        let turn = turn.map_or([const { Cell::Empty }; 3], |turn| angles(turn).map(Cell::Number));
+        cells.extend(turn);
+    }
     cells.push(Cell::Number(seconds));
-    let said = fitted.ok().map(|(fitted, _)| warnings(verb, fitted).join("; "));
+    let said = fitted.ok().map(|done| warnings(verb, &done.fitted).join("; "));
     cells.push(said.filter(|text| !text.is_empty()).into());
     cells.push(fitted.err().map(ToString::to_string).into());
-    cells.push(fitted.ok().map(|(_, read)| key_of(verb, read)).into());
+    cells.push(fitted.ok().map(|done| asked.key_of(&done.files)).into());
     cells
 }
 

@@ -2,6 +2,7 @@
 
 mod many;
 mod report;
+mod rows;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -12,17 +13,19 @@ use harmolux::error::shown_path;
 use harmolux::fit::Envelope;
 use harmolux::fit::Shape;
 use harmolux::fit::{
-    Fit as MeshFit, FitSettings, FoldPolicy, PointFit, Projection, Source, fit, fit_points,
+    Centre, Fit as MeshFit, FitSettings, FoldPolicy, PointFit, Projection, fit, fit_points,
 };
 use harmolux::io::coefficients::{self, SeriesFormat, Tolerance};
 use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::points::PointOptions;
-use harmolux::sh::Filter;
+use harmolux::math::Rotation;
+use harmolux::sh::{Coefficients, Filter, best_rotation, rotate};
 use harmolux::{Error, Result};
 
 use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, choices};
+use crate::common::folders::is_folder;
 use crate::common::inputs::{MeshRead, holds_points, read_mesh, read_points};
 use crate::common::progress::Meter;
 use crate::common::shape_file::{self, ShapeFile};
@@ -44,7 +47,8 @@ use crate::common::values::{point, tolerance};
   harmolux fit rock.obj -l 16 -o rock.txt --centre 0.1,0,0.2
   harmolux fit ears.obj -l 32 -o ears.txt --not-star outermost
   harmolux fit scan.xyz -l 12 -o scan.txt --lambda 1e-6
-  harmolux fit *.obj -l 16 -o fits")]
+  harmolux fit *.obj -l 16 -o fits
+  harmolux fit *.obj -l 16 -o fits --table shapes.csv --centre centroid --align-to mean.txt")]
 pub(crate) struct Fit {
     /// The meshes (OBJ, PLY, STL, OFF or glTF), closed and star-shaped about some point, or points
     #[arg(required = true, value_name = "MESH")]
@@ -70,10 +74,24 @@ pub(crate) struct Fit {
     /// Weigh points by their fourth column; one called weight or w counts without this
     #[arg(long)]
     pub(crate) weights: bool,
-    /// The expansion centre, metres [default: the origin if the mesh is star-shaped about it, else
-    /// one near the centroid]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
-    pub(crate) centre: Option<DVec3>,
+    /// The expansion centre: X,Y,Z in metres, or for each mesh its `origin`, the `centroid` of its
+    /// volume, or the `best`, farthest from the planes of all faces [default: the origin if the mesh
+    /// is star-shaped about it, else one near the centroid]
+    #[arg(long, value_name = "CENTRE", value_parser = centre, allow_hyphen_values = true)]
+    pub(crate) centre: Option<Centre>,
+    /// Turn each shape about its centre by the rotation after which it is nearest to this one, a
+    /// coefficient file
+    #[arg(long, value_name = "SHAPE")]
+    pub(crate) align_to: Option<PathBuf>,
+    /// Write the shapes of several meshes into one table, too, a row each; it grows as fits.csv
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) table: Option<PathBuf>,
+    /// The columns of that table
+    #[arg(
+        long, value_name = "LAYOUT", value_enum, default_value_t = TableLayout::Harmolux,
+        requires = "table"
+    )]
+    pub(crate) table_layout: TableLayout,
     /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets
     /// it more than once
     #[arg(long, value_name = "ENVELOPE", value_parser = choices::<Envelope>())]
@@ -108,6 +126,15 @@ pub(crate) enum ProjectionName {
     LeastSquares,
 }
 
+/// The layout of a table of shapes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TableLayout {
+    /// name, normalisation (4pi), csphase (1), centre, C0_0_m, C1_0_m, C1_1_m, S1_1_m ...
+    Harmolux,
+    /// name, shcoeffs_L0M0C ... as aics-shparam has them; the centre has no room
+    Aics,
+}
+
 /// What was fitted.
 #[derive(Debug)]
 pub(crate) enum Fitted {
@@ -115,39 +142,75 @@ pub(crate) enum Fitted {
     Points(PointFit),
 }
 
+/// A fit, and what is said of it.
+#[derive(Debug)]
+pub(crate) struct Done {
+    pub(crate) fitted: Fitted,
+    pub(crate) files: FilesRead,
+    /// How it was turned, where it was to be aligned.
+    pub(crate) turn: Option<Rotation>,
+}
+
+/// The shape that others are turned to.
+pub(crate) struct Reference {
+    pub(crate) shape: Shape,
+    pub(crate) files: FilesRead,
+}
+
 /// Runs the verb.
 pub(crate) fn run(verb: &Fit, as_json: bool) -> Result<Code> {
+    let reference = verb.align_to.as_deref().map(reference).transpose()?;
+    let reference = reference.as_ref();
     match verb.meshes.as_slice() {
-        [mesh] if !is_folder(&verb.output) => run_one(verb, mesh, as_json),
-        _ => many::run(verb, as_json),
+        [mesh] if !is_folder(&verb.output) => run_one(verb, reference, mesh, as_json),
+        _ => many::run(verb, reference, as_json),
     }
 }
 
-fn run_one(verb: &Fit, mesh: &Path, as_json: bool) -> Result<Code> {
+fn reference(path: &Path) -> Result<Reference> {
+    let (shape, files) = coefficients::read_as_stated(Input::open(path)?)?;
+    Ok(Reference { shape, files })
+}
+
+fn run_one(verb: &Fit, reference: Option<&Reference>, mesh: &Path, as_json: bool) -> Result<Code> {
+    if verb.table.is_some() {
+        let text = "`--table` is for fits into a folder: name one with `-o`, without extension";
+        return Err(Error::Parameter(text.to_owned()));
+    }
     let started = Instant::now();
     let output = shape_file::open(&verb.output, verb.force)?;
     let meter = Meter::start(&format!("fitting {}", shown_path(mesh)));
-    let (fitted, files) = fit_file(verb, mesh)?;
-    write(verb, &fitted, files.file.source(), output)?;
+    let done = fit_file(verb, reference, mesh)?;
+    done.write(verb, output)?;
     drop(meter);
-    report::print(verb, &fitted, started.elapsed(), as_json);
+    report::print(verb, &done, started.elapsed(), as_json);
     Ok(Code::Done)
 }
 
-/// Whether the output is meant as a folder: it is one, or its name has no extension.
-fn is_folder(output: &Path) -> bool {
-    output.is_dir() || output.extension().is_none()
+/// Fits a mesh or point file, turns the shape as it was asked for, and says what was read.
+pub(crate) fn fit_file(verb: &Fit, reference: Option<&Reference>, path: &Path) -> Result<Done> {
+    let mut input = Input::open(path)?;
+    let (mut fitted, files) = if holds_points(&mut input)? {
+        fit_cloud(verb, path, input)
+    } else {
+        fit_mesh(verb, path, input)
+    }?;
+    let turn = reference.map(|to| {
+        let series = fitted.coefficients_mut();
+        let turn = best_rotation(series, &to.shape.coefficients);
+        *series = rotate(series, &turn);
+        turn
+    });
+    Ok(Done { fitted, files, turn })
 }
 
-/// Fits a mesh or point file, and says what was read.
-pub(crate) fn fit_file(verb: &Fit, path: &Path) -> Result<(Fitted, FilesRead)> {
-    let mut input = Input::open(path)?;
-    if holds_points(&mut input)? {
-        let (cloud, files) =
-            read_points(input, PointOptions { weights: verb.weights }, &verb.habits)?;
-        let fitted = fit_points(&cloud, &settings(verb, ProjectionName::LeastSquares));
-        return fitted.map(|f| (Fitted::Points(f), files)).map_err(|e| about(path, e));
-    }
+fn fit_cloud(verb: &Fit, path: &Path, input: Input) -> Result<(Fitted, FilesRead)> {
+    let (cloud, files) = read_points(input, PointOptions { weights: verb.weights }, &verb.habits)?;
+    let fitted = fit_points(&cloud, &settings(verb, ProjectionName::LeastSquares));
+    fitted.map(|f| (Fitted::Points(f), files)).map_err(|e| about(path, e))
+}
+
+fn fit_mesh(verb: &Fit, path: &Path, mut input: Input) -> Result<(Fitted, FilesRead)> {
     let length = input.length();
     let series = coefficients::recognise_content(input.ahead()?, length);
     if series.is_some_and(|format| format != SeriesFormat::SpharmPdm) {
@@ -179,15 +242,47 @@ fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
     FitSettings { projection, centre: verb.centre, not_star, filter: verb.filter, ..usual }
 }
 
-/// Writes the coefficients of a fit; the compact form, unless told otherwise, to a fifth of the
-/// fit's own error.
-pub(crate) fn write(verb: &Fit, fitted: &Fitted, source: Source, output: ShapeFile) -> Result<()> {
-    let (coefficients, centre, rms) = match fitted {
-        Fitted::Mesh(fit) => (fit.coefficients.clone(), fit.centre, fit.error.rms),
-        Fitted::Points(fit) => (fit.coefficients.clone(), fit.centre, fit.rms),
-    };
-    let shape = Shape { coefficients, centre, source: Some(source), truncated_from: None };
-    output.write_to(&shape, verb.tolerance.unwrap_or(Tolerance::Metres(0.2 * rms)))
+impl Fitted {
+    fn coefficients_mut(&mut self) -> &mut Coefficients {
+        match self {
+            Self::Mesh(fit) => &mut fit.coefficients,
+            Self::Points(fit) => &mut fit.coefficients,
+        }
+    }
+}
+
+impl Done {
+    /// Returns the shape as its file has it.
+    pub(crate) fn shape(&self) -> Shape {
+        let (coefficients, centre) = match &self.fitted {
+            Fitted::Mesh(fit) => (fit.coefficients.clone(), fit.centre),
+            Fitted::Points(fit) => (fit.coefficients.clone(), fit.centre),
+        };
+        let source = Some(self.files.file.source());
+        Shape { coefficients, centre, source, truncated_from: None }
+    }
+
+    /// Writes the coefficients; the compact form, unless told otherwise, to a fifth of the fit's own
+    /// error.
+    pub(crate) fn write(&self, verb: &Fit, output: ShapeFile) -> Result<()> {
+        let rms = match &self.fitted {
+            Fitted::Mesh(fit) => fit.error.rms,
+            Fitted::Points(fit) => fit.rms,
+        };
+        output.write_to(&self.shape(), verb.tolerance.unwrap_or(Tolerance::Metres(0.2 * rms)))
+    }
+}
+
+/// Reads a value of the command line.
+fn centre(text: &str) -> Result<Centre, String> {
+    match text {
+        "origin" => Ok(Centre::At(DVec3::ZERO)),
+        "centroid" => Ok(Centre::Centroid),
+        "best" => Ok(Centre::Best),
+        _ => point(text)
+            .map(Centre::At)
+            .map_err(|e| format!("{e}, or one of origin, centroid, best")),
+    }
 }
 
 fn percentage(text: &str) -> Result<f64, String> {

@@ -8,7 +8,7 @@ use harmolux::sh::{Coefficients, Filter};
 use serde_json::{Value, json};
 
 use crate::common::{paths, progress, say};
-use crate::fit::{Fit, Fitted};
+use crate::fit::{Done, Fit, Fitted};
 
 /// The part of the mean radius from which an RMS error of a fit, or a standard error in one
 /// direction, is warned of; and from which an RMS standard error is.
@@ -84,7 +84,8 @@ fn ringing(verb: &Fit, fit: &MeshFit) -> Option<String> {
 }
 
 /// Prints the report.
-pub(crate) fn print(verb: &Fit, fitted: &Fitted, elapsed: Duration, as_json: bool) {
+pub(crate) fn print(verb: &Fit, done: &Done, elapsed: Duration, as_json: bool) {
+    let Done { fitted, turn, .. } = done;
     for warning in warnings(verb, fitted) {
         say::warning(&warning);
     }
@@ -94,6 +95,7 @@ pub(crate) fn print(verb: &Fit, fitted: &Fitted, elapsed: Duration, as_json: boo
             Fitted::Points(fit) => points_json(fit),
         };
         report["filter"] = json!(verb.filter.map(|f| f.to_string()));
+        report["rotation"] = json!(turn.map(|turn| turn.matrix().transpose().to_cols_array_2d()));
         report["seconds"] = json!(elapsed.as_secs_f64());
         paths::put(&mut report, "written", &verb.output);
         say::json(&report);
@@ -105,6 +107,9 @@ pub(crate) fn print(verb: &Fit, fitted: &Fitted, elapsed: Duration, as_json: boo
     };
     if let Some(filter) = verb.filter {
         pairs.push(("filter", format!("{filter}; the errors are those of the filtered series")));
+    }
+    if let Some(turn) = turn {
+        pairs.push(("turned", say::turn(turn)));
     }
     let projection = 1e3 * projection.as_secs_f64();
     let all = progress::duration(elapsed);

@@ -30,6 +30,8 @@ pub enum SeriesFormat {
     SpharmPdm,
     /// The table of aics-shparam: a column for each coefficient, a row for each shape.
     Aics,
+    /// Our table: a column for each coefficient, a row for each shape.
+    Table,
     /// The ASCII data record of NASA's Planetary Data System.
     Shadr,
     /// The table of the International Centre for Global Earth Models. It is read only.
@@ -42,7 +44,7 @@ pub enum SeriesFormat {
 
 impl SeriesFormat {
     /// Lists all.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Text,
         Self::Dov,
         Self::Bshc,
@@ -51,6 +53,7 @@ impl SeriesFormat {
         Self::Fits,
         Self::SpharmPdm,
         Self::Aics,
+        Self::Table,
         Self::Shadr,
         Self::Icgem,
         Self::Binary,
@@ -68,6 +71,7 @@ impl SeriesFormat {
             Self::Fits => "fits",
             Self::SpharmPdm => "spharm-pdm",
             Self::Aics => "aics",
+            Self::Table => "table",
             Self::Shadr => "shadr",
             Self::Icgem => "icgem",
             Self::Binary => "binary",
@@ -86,6 +90,7 @@ impl SeriesFormat {
             Self::Fits => "a FITS table of complex a_lm",
             Self::SpharmPdm => "a SPHARM-PDM file",
             Self::Aics => "an aics-shparam table",
+            Self::Table => "a table of shapes",
             Self::Shadr => "a SHADR table",
             Self::Icgem => "an ICGEM table",
             Self::Binary => "a binary coefficient file",
@@ -102,7 +107,7 @@ impl SeriesFormat {
             Self::Npy | Self::Alm => &["npy"],
             Self::Fits => &["fits"],
             Self::SpharmPdm => &["coef"],
-            Self::Aics => &["csv"],
+            Self::Aics | Self::Table => &["csv"],
             Self::Shadr => &["tab", "sha"],
             Self::Icgem => &["gfc"],
             Self::Binary => &["hxb"],
@@ -149,13 +154,18 @@ impl SeriesFormat {
 impl SeriesFormat {
     /// Whether a file of this format has room for the centre of the shape.
     pub const fn keeps_centre(self) -> bool {
-        matches!(self, Self::SpharmPdm) || self.keeps_source()
+        matches!(self, Self::SpharmPdm | Self::Table) || self.keeps_source()
     }
 
     /// Whether a file of this format has room for the source of the shape and the degree it was cut
     /// from.
     pub const fn keeps_source(self) -> bool {
         matches!(self, Self::Text | Self::Dov | Self::Binary | Self::Compact)
+    }
+
+    /// Whether a file of this format holds many shapes, a row each.
+    pub const fn has_rows(self) -> bool {
+        matches!(self, Self::Aics | Self::Table)
     }
 
     /// Whether files of this format are written, not only read.

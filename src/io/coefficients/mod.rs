@@ -2,12 +2,12 @@
 //! doors to all of them. docs/coefficient_files.md says what each format keeps and in which
 //! convention its numbers stand.
 
+mod aics_csv;
 mod annotated;
 mod format;
 mod recognise;
 mod rows;
 
-pub mod aics_csv;
 pub mod alm_fits;
 pub mod alm_npy;
 pub mod binary;
@@ -17,6 +17,7 @@ pub mod compact;
 pub mod dov;
 pub mod icgem;
 pub mod shadr;
+pub mod shape_table;
 pub mod shtools_text;
 pub mod spharm_pdm;
 
@@ -24,7 +25,7 @@ pub use compact::Tolerance;
 pub use format::SeriesFormat;
 pub use recognise::{recognise, recognise_content};
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Advice, InputError};
 use crate::fit::Shape;
@@ -67,6 +68,51 @@ pub fn read_input(mut input: Input, options: &ReadOptions) -> Result<(Shape, Fil
     Ok((shape, input.finish()?))
 }
 
+/// Holds a shape and where it stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedShape {
+    /// The file.
+    pub path: PathBuf,
+    /// The name of its row, where the file is a table of many.
+    pub row: Option<String>,
+    /// The shape.
+    pub shape: Shape,
+}
+
+impl NamedShape {
+    /// Returns the name of the row, or of the file without folders and extension.
+    pub fn name(&self) -> String {
+        let stem = || self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        self.row.clone().unwrap_or_else(stem)
+    }
+
+    /// Returns the name of the row, or the path of the file.
+    pub fn full_name(&self) -> PathBuf {
+        self.row.as_ref().map_or_else(|| self.path.clone(), PathBuf::from)
+    }
+}
+
+/// Reads all shapes of a coefficient file: each row of a table, unless one is asked for; else the
+/// one that it holds.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_all(path: &Path, options: &ReadOptions) -> Result<Vec<NamedShape>> {
+    let mut input = Input::open(path)?;
+    let (path, bytes) = (input.path(), input.rest()?);
+    let format = options.format.or_else(|| recognise(input.name(), &bytes));
+    let named = |row, shape| NamedShape { path: path.to_owned(), row, shape };
+    let shapes = match format.filter(|format| format.has_rows() && options.row.is_none()) {
+        Some(format) => shape_table::parse_all(path, &bytes, format, options)?
+            .into_iter()
+            .map(|(row, shape)| Ok(named(Some(row), finished(path, shape, options)?)))
+            .collect::<Result<_>>()?,
+        None => vec![named(None, parse(path, &bytes, &ReadOptions { format, ..*options })?)],
+    };
+    input.finish()?;
+    Ok(shapes)
+}
+
 /// Reads a coefficient file of which no more can be said than its name: what must be said of it is
 /// said when it is converted.
 ///
@@ -100,7 +146,7 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
         let advice = Advice::StateFormat(names.join(", "));
         InputError::new(path, "unrecognised coefficient file").advise(advice)
     })?;
-    if options.row.is_some() && format != SeriesFormat::Aics {
+    if options.row.is_some() && !format.has_rows() {
         return Err(Error::Parameter(format!(
             "{}: {} has one shape and no rows",
             path.display(),
@@ -116,12 +162,19 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
         SeriesFormat::Alm => alm_npy::parse(path, bytes, options),
         SeriesFormat::Fits => alm_fits::parse(path, bytes, options),
         SeriesFormat::SpharmPdm => spharm_pdm::parse(path, bytes, options),
-        SeriesFormat::Aics => aics_csv::parse(path, bytes, options),
+        SeriesFormat::Aics | SeriesFormat::Table => {
+            shape_table::parse(path, bytes, format, options)
+        }
         SeriesFormat::Shadr => shadr::parse(path, bytes, options),
         SeriesFormat::Icgem => icgem::parse(path, bytes, options),
         SeriesFormat::Binary => binary::parse(path, bytes),
         SeriesFormat::Compact => compact::parse(path, bytes),
     }?;
+    finished(path, shape, options)
+}
+
+/// Turns a shape as its file has it into what was asked for.
+fn finished(path: &Path, shape: Shape, options: &ReadOptions) -> Result<Shape> {
     let shape = in_metres(path, shape, options.unit)?;
     Ok(match options.add_radius {
         Some(radius) => above(shape, radius),
@@ -151,6 +204,7 @@ pub fn convention(
         SeriesFormat::Text | SeriesFormat::Dov => annotated::convention(path, bytes)?,
         SeriesFormat::Shadr => shadr::convention(path, bytes)?,
         SeriesFormat::Icgem => icgem::convention(path, bytes)?,
+        SeriesFormat::Table => return shape_table::convention(path, bytes, options).map(Some),
         SeriesFormat::Binary | SeriesFormat::Compact => return Ok(None),
         _ => format.convention(),
     };
@@ -199,7 +253,7 @@ pub fn encode(shape: &Shape, format: SeriesFormat, options: &WriteOptions) -> Re
         SeriesFormat::Npy => cilm_npy::write(shape, convention),
         SeriesFormat::Alm => Ok(alm_npy::write(shape)),
         SeriesFormat::SpharmPdm => Ok(spharm_pdm::write(shape)),
-        SeriesFormat::Aics => aics_csv::write(shape),
+        SeriesFormat::Aics | SeriesFormat::Table => shape_table::write(shape, format),
         SeriesFormat::Shadr => shadr::write(shape, convention),
         SeriesFormat::Binary => binary::encode(shape),
         SeriesFormat::Compact => Ok(compact::encode(shape, options.tolerance)?.bytes),

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::{
-    SeriesFormat, aics_csv, alm_fits, binary, bshc, compact, dov, icgem, shadr, spharm_pdm,
+    SeriesFormat, aics_csv, alm_fits, binary, bshc, compact, dov, icgem, shadr, shape_table,
+    spharm_pdm,
 };
 use crate::io::{meshes, npy, points};
 
@@ -50,7 +51,7 @@ fn array(head: &[u8]) -> SeriesFormat {
 
 /// Returns the texts apart by how they begin.
 fn text(bytes: &[u8]) -> Option<SeriesFormat> {
-    // A table of aics-shparam has its whole header in one line, longer than what tells the others.
+    // A table of shapes has its whole header in one line, longer than what tells the others.
     let line = bytes.split(|b| *b == b'\n').next().unwrap_or(bytes);
     let head = bytes.get(..HEAD.max(line.len()).min(bytes.len())).unwrap_or(bytes);
     let whole = bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid());
@@ -65,6 +66,8 @@ fn text(bytes: &[u8]) -> Option<SeriesFormat> {
         Some(SeriesFormat::SpharmPdm)
     } else if aics_csv::is_aics(head) {
         Some(SeriesFormat::Aics)
+    } else if shape_table::is_table(head) {
+        Some(SeriesFormat::Table)
     } else if points::names_columns(bytes) {
         None
     } else if shadr::is_shadr(head) {
