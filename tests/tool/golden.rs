@@ -57,7 +57,8 @@ fn every_verb_says_and_writes_what_is_stored() {
     let stored = fs::read_dir(&folder).expect("a folder").map(|e| e.expect("readable").path());
     let stored: Vec<_> = stored.filter(|path| path.is_file()).collect();
     stored.iter().filter(|_| bless).for_each(|path| fs::remove_file(path).expect("removed"));
-    let all: Vec<_> = cases.par_iter().map(|(name, lines)| (name, transcript(lines))).collect();
+    let all: Vec<_> =
+        cases.par_iter().map(|(name, lines)| (name, transcript(&desk(), lines))).collect();
     let mut wrong = String::new();
     for (name, now) in &all {
         let path = format!("{folder}/{name}.txt");
@@ -97,8 +98,8 @@ fn keys_of_json_are_documented() {
     }
 }
 
-/// Runs commands in a folder of their own and writes down what they say and write.
-fn transcript(commands: &str) -> String {
+/// Puts what the cases need in a folder.
+pub(super) fn desk() -> Desk {
     let desk = Desk::new();
     for (name, from) in FILES {
         desk.put(name, fs::read(repository(from)).expect("readable"));
@@ -107,6 +108,11 @@ fn transcript(commands: &str) -> String {
     desk.put("torn.obj", stone.trim_end().rsplit_once('\n').expect("a last face").0);
     desk.put("points.xyz", stone.split("f ").next().expect("vertices").replace("v ", ""));
     desk.put("nothing", "");
+    desk
+}
+
+/// Runs commands in a folder and writes down what they say and write.
+pub(super) fn transcript(desk: &Desk, commands: &str) -> String {
     let root = desk.path("");
     let (mut text, mut before) = (String::new(), files(&root));
     for line in commands.split(';').map(str::trim) {

@@ -21,6 +21,7 @@ mod cli_render;
 mod cli_shapes;
 #[cfg(unix)]
 mod cli_signals;
+mod flags;
 mod golden;
 mod memory;
 mod on_surface;

@@ -6,6 +6,7 @@ pub(crate) mod exit;
 pub(crate) mod flags;
 pub(crate) mod folders;
 pub(crate) mod growing;
+pub(crate) mod idle;
 pub(crate) mod inputs;
 pub(crate) mod interrupt;
 pub(crate) mod paths;

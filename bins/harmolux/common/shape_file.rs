@@ -8,7 +8,7 @@ use harmolux::io::output::Output;
 use harmolux::sh::require_positive;
 use harmolux::{Error, Result};
 
-use crate::common::{advice, say};
+use crate::common::{advice, idle, say};
 
 /// The highest degree of which it is looked for certain whether the radius is positive: above it
 /// that takes longer than most of what is done with a file.
@@ -29,6 +29,13 @@ pub(crate) fn warn_of_no_surface(path: &Path, shape: &Shape) -> Result<()> {
     }
 }
 
+/// Refuses a tolerance for a format that writes all digits.
+pub(crate) fn take_tolerance(format: SeriesFormat, tolerance: Option<Tolerance>) -> Result<()> {
+    let given = tolerance.is_some() && !format.is_lossy();
+    let why = format!("{} has all digits; only .hxc is within a tolerance", format.noun());
+    idle::refuse(&why, &[(given, "--tolerance")])
+}
+
 /// A coefficient file that can be written.
 #[derive(Debug)]
 pub(crate) struct ShapeFile {
@@ -44,6 +51,11 @@ pub(crate) fn open(path: &Path, force: bool) -> Result<ShapeFile> {
 }
 
 impl ShapeFile {
+    /// Refuses a tolerance that this format has no use for.
+    pub(crate) fn take_tolerance(&self, tolerance: Option<Tolerance>) -> Result<()> {
+        take_tolerance(self.format, tolerance)
+    }
+
     /// Writes a shape, the compact form to a thousandth of the mean radius.
     pub(crate) fn write(self, shape: &Shape) -> Result<()> {
         self.write_to(shape, WriteOptions::default().tolerance)

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::common::exit::Code;
 use crate::common::inputs::{read_surface, series_format};
-use crate::common::{paths, say};
+use crate::common::{idle, paths, say};
 use crate::convert::Convert;
 
 /// Runs the verb when the output is a mesh; `None` when it is not.
@@ -72,12 +72,7 @@ fn check_options(verb: &Convert) -> Result<()> {
         (verb.degree.is_some(), "--degree"),
         (verb.tolerance.is_some(), "--tolerance"),
     ];
-    match meant_for_coefficients.iter().find(|(given, _)| *given) {
-        Some((_, option)) => Err(Error::Parameter(format!(
-            "{}: this is the name of a mesh, and `{option}` is for coefficients: leave it out, or \
-             name another file",
-            verb.output.display()
-        ))),
-        None => Ok(()),
-    }
+    let name = verb.output.display();
+    let why = format!("{name}: this is the name of a mesh, not of coefficients");
+    idle::refuse(&why, &meant_for_coefficients)
 }

@@ -20,7 +20,7 @@ use crate::common::flags::{SeriesReading, formats};
 use crate::common::inputs::series_format;
 use crate::common::paths;
 use crate::common::say::{self, point};
-use crate::common::shape_file::warn_of_no_surface;
+use crate::common::shape_file::{take_tolerance, warn_of_no_surface};
 use crate::common::values::tolerance;
 
 /// Convert coefficients, or a mesh, between formats
@@ -75,6 +75,7 @@ pub(crate) fn run(verb: &Convert, as_json: bool) -> Result<Code> {
     }
     let format = format(verb)?;
     let convention = convention(verb, format)?;
+    take_tolerance(format, verb.tolerance)?;
     let output = Output::open(&verb.output, &format.kind(), verb.force)?;
     let read = read(verb)?;
     let shape = changed(&read.shape, verb);

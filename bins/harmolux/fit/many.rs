@@ -133,7 +133,7 @@ fn tasks(
             if let Some(shapes) = shapes.as_deref_mut() {
                 shapes.leave_out(&path);
             }
-            drop(shape_file::open(&path, verb.force)?);
+            shape_file::open(&path, verb.force)?.take_tolerance(verb.tolerance)?;
             Task::Fit(mesh.clone(), path)
         });
     }

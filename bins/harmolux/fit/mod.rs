@@ -26,6 +26,7 @@ use crate::common::about::about;
 use crate::common::exit::Code;
 use crate::common::flags::{MeshHabits, choices};
 use crate::common::folders::is_folder;
+use crate::common::idle;
 use crate::common::inputs::{MeshRead, holds_points, read_mesh, read_points};
 use crate::common::progress::Meter;
 use crate::common::shape_file::{self, ShapeFile};
@@ -65,12 +66,12 @@ pub(crate) struct Fit {
     /// How a shape is projected onto the basis [default: conforming; least-squares for points]
     #[arg(long, value_enum)]
     pub(crate) projection: Option<ProjectionName>,
-    /// How much finer the grid is than the degree needs (with --projection grid)
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
-    pub(crate) oversampling: u32,
-    /// Damp the Laplacian of a least-squares fit: Tikhonov's factor of l^2 (l+1)^2
-    #[arg(long, default_value_t = 0.0)]
-    pub(crate) lambda: f64,
+    /// How much finer the grid is than the degree needs, with --projection grid [default: 4]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) oversampling: Option<u32>,
+    /// Damp the Laplacian of a least-squares fit: Tikhonov's factor of l^2 (l+1)^2 [default: 0]
+    #[arg(long)]
+    pub(crate) lambda: Option<f64>,
     /// Weigh points by their fourth column; one called weight or w counts without this
     #[arg(long)]
     pub(crate) weights: bool,
@@ -179,6 +180,7 @@ fn run_one(verb: &Fit, reference: Option<&Reference>, mesh: &Path, as_json: bool
     }
     let started = Instant::now();
     let output = shape_file::open(&verb.output, verb.force)?;
+    output.take_tolerance(verb.tolerance)?;
     let meter = Meter::start(&format!("fitting {}", shown_path(mesh)));
     let done = fit_file(verb, reference, mesh)?;
     done.write(verb, output)?;
@@ -205,8 +207,12 @@ pub(crate) fn fit_file(verb: &Fit, reference: Option<&Reference>, path: &Path) -
 }
 
 fn fit_cloud(verb: &Fit, path: &Path, input: Input) -> Result<(Fitted, FilesRead)> {
+    let for_meshes =
+        [(verb.not_star.is_some(), "--not-star"), (verb.habits.repairs.repair, "--repair")];
+    idle::refuse(&format!("{}: these are points, not a mesh", shown_path(path)), &for_meshes)?;
+    let settings = settings(verb, ProjectionName::LeastSquares)?;
     let (cloud, files) = read_points(input, PointOptions { weights: verb.weights }, &verb.habits)?;
-    let fitted = fit_points(&cloud, &settings(verb, ProjectionName::LeastSquares));
+    let fitted = fit_points(&cloud, &settings);
     fitted.map(|f| (Fitted::Points(f), files)).map_err(|e| about(path, e))
 }
 
@@ -224,22 +230,33 @@ fn fit_mesh(verb: &Fit, path: &Path, mut input: Input) -> Result<(Fitted, FilesR
         let text = format!("{}: a mesh has no weights: leave out `--weights`", path.display());
         return Err(Error::Parameter(text));
     }
+    let settings = settings(verb, ProjectionName::Conforming)?;
     let MeshRead { mesh, files, .. } = read_mesh(input, &verb.habits)?;
-    let fitted = fit(&mesh, &settings(verb, ProjectionName::Conforming));
+    let fitted = fit(&mesh, &settings);
     fitted.map(|f| (Fitted::Mesh(Box::new(f)), files)).map_err(|e| about(path, e))
 }
 
 /// Returns the settings of a fit, by the usual projection unless another is asked for.
-fn settings(verb: &Fit, usual: ProjectionName) -> FitSettings {
-    let projection = match verb.projection.unwrap_or(usual) {
+fn settings(verb: &Fit, usual: ProjectionName) -> Result<FitSettings> {
+    let name = verb.projection.unwrap_or(usual);
+    let idle = [
+        (name != ProjectionName::Grid && verb.oversampling.is_some(), "--oversampling"),
+        (name != ProjectionName::LeastSquares && verb.lambda.is_some(), "--lambda"),
+    ];
+    idle::refuse("this is for another `--projection` than the one in use", &idle)?;
+    let projection = match name {
         ProjectionName::Conforming => Projection::Conforming,
-        ProjectionName::Grid => Projection::Grid { oversampling: verb.oversampling as usize },
-        ProjectionName::LeastSquares => Projection::LeastSquares { lambda: verb.lambda },
+        ProjectionName::Grid => {
+            Projection::Grid { oversampling: verb.oversampling.unwrap_or(4) as usize }
+        }
+        ProjectionName::LeastSquares => {
+            Projection::LeastSquares { lambda: verb.lambda.unwrap_or(0.0) }
+        }
     };
     let not_star =
         verb.not_star.map(|envelope| FoldPolicy { envelope, limit: 0.01 * verb.not_star_limit });
     let usual = FitSettings::of_degree(verb.degree as usize);
-    FitSettings { projection, centre: verb.centre, not_star, filter: verb.filter, ..usual }
+    Ok(FitSettings { projection, centre: verb.centre, not_star, filter: verb.filter, ..usual })
 }
 
 impl Fitted {

@@ -46,7 +46,7 @@ fn poor(rms: f64, series: &Coefficients, look: &str) -> Option<String> {
 /// Says that the points do not tell the series well.
 fn uncertain(verb: &Fit, fit: &PointFit) -> Option<String> {
     let (error, mean) = (fit.error?, fit.coefficients.mean().abs());
-    let lambda = match verb.lambda {
+    let lambda = match verb.lambda.unwrap_or(0.0) {
         0.0 => "`--lambda 1e-6`".to_owned(),
         lambda => format!("a `--lambda` above {lambda}"),
     };

@@ -154,6 +154,12 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> 
         ))
         .advise(Advice::LeaveOutRow));
     }
+    if matches!(format, SeriesFormat::Binary | SeriesFormat::Compact)
+        && options.convention.is_some()
+    {
+        let message = "our own forms have one normalisation and phase, which need not be said";
+        return Err(InputError::new(path, message).advise(Advice::LeaveOutConvention).into());
+    }
     let shape = match format {
         SeriesFormat::Text => shtools_text::parse(path, bytes, options),
         SeriesFormat::Dov => dov::parse(path, bytes, options),
