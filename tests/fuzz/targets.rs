@@ -13,7 +13,7 @@ use harmolux::fit::{Check, CheckSettings, FitSettings, Shape, fit, fit_points};
 use harmolux::io::checkpoint::{self, Fingerprint};
 use harmolux::io::coefficients::compact::Tolerance;
 use harmolux::io::coefficients::{
-    ReadOptions, SeriesFormat, WriteOptions, binary, compact, encode, parse,
+    ReadOptions, SeriesFormat, WriteOptions, binary, compact, encode, parse, shape_table,
 };
 use harmolux::io::images::Exr;
 use harmolux::io::points::{self, PointOptions};
@@ -56,7 +56,6 @@ pub(crate) const TARGETS: [Target; 27] = [
     ("fits", QUICK, |data| series(SeriesFormat::Fits, data)),
     ("spharm_pdm", QUICK, |data| series(SeriesFormat::SpharmPdm, data)),
     ("aics", QUICK, |data| series(SeriesFormat::Aics, data)),
-    ("table", QUICK, |data| series(SeriesFormat::Table, data)),
     ("shadr", QUICK, |data| series(SeriesFormat::Shadr, data)),
     ("icgem", QUICK, |data| series(SeriesFormat::Icgem, data)),
     ("binary", QUICK, in_binary),
@@ -70,6 +69,7 @@ pub(crate) const TARGETS: [Target; 27] = [
     ("rays", QUICK, rays_of_any_bits),
     ("mesh_to_fit", CHAINS, mesh_to_fit),
     ("series_to_rays", CHAINS, series_to_rays),
+    ("table", QUICK, in_table),
 ];
 
 fn at(name: &str) -> &Path {
@@ -106,6 +106,16 @@ fn series(format: SeriesFormat, data: &[u8]) {
             }
         });
     }
+}
+
+/// Reads a table of shapes, a row of it and all.
+fn in_table(data: &[u8]) {
+    series(SeriesFormat::Table, data);
+    bounded(data, PER_BYTE_OF_OTHERS, |data| {
+        let options = ReadOptions::default();
+        let rows = shape_table::parse_all(at("a.csv"), data, SeriesFormat::Table, &options);
+        rows.into_iter().flatten().for_each(|(_, shape)| check(&shape));
+    });
 }
 
 /// Reads a binary file as it is and with its checksums put right, whole and cut; what is read whole

@@ -197,7 +197,10 @@ impl<'a> Header<'a> {
         let series = convention.and_then(|found| collect(self.path, self.lmax, found, pair));
         let centre = self.centre(record, number, line)?;
         let shape = Shape { centre, ..Shape::new(series.map_err(|e| on_line(e, line))?) };
-        let is_name = |i: &usize| self.columns.values().all(|used| used != i);
+        let is_name = |i: &usize| {
+            let is_own = FIRST[1..].contains(&self.names[*i].trim());
+            !is_own && self.columns.values().all(|used| used != i)
+        };
         let name = (0..record.len()).find(is_name).map_or("", |i| record[i].trim());
         let name = if name.is_empty() { format!("row {number}") } else { name.to_owned() };
         Ok((name, shape))
@@ -449,6 +452,9 @@ mod tests {
         let said = convention(Path::new("a.csv"), text.as_bytes(), &second).expect("said");
         assert_eq!((said.normalisation.name(), said.phase.csphase()), ("ortho", -1));
         assert!((rows[1].1.coefficients.mean() - 1.0).abs() <= 1e-15);
+        // What says how a row is meant is not its name.
+        let nameless = read("normalisation,C0_0_m\n4pi,1\n", &ReadOptions::default());
+        assert_eq!(nameless.expect("read")[0].0, "row 1");
         let bare = "C0_0_m\n1\n";
         let error = read(bare, &ReadOptions::default()).expect_err("not said").to_string();
         assert!(error.starts_with("a.csv:2: the file does not say how"), "{error}");
