@@ -122,7 +122,7 @@ fn open_meshes_have_distances_and_no_volume() {
     assert!(found.normals.percentile_95 <= 1e-7 && found.radial.is_err());
     let map = |a, b| {
         let pair = Pair::new(Subject::Mesh(a), Subject::Mesh(b), &DEFAULT).expect("ready");
-        pair.distance_map().distances
+        pair.distance_map().expect("a mesh").distances
     };
     assert_eq!(map(&a, &b), [0.5; 4]);
     assert_eq!(map(&b, &a), [-0.5; 4]);
