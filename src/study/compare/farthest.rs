@@ -19,7 +19,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::side::Side;
-use super::smooth::{Foot, spread};
+use super::smooth::{Certain, Foot, Smooth, spread};
 use crate::mesh::triangle::nearest_on_triangle;
 use crate::sh::{Bounds, Coefficients, Evaluator};
 use crate::{Result, memory};
@@ -80,8 +80,8 @@ struct Vertex {
     foot: Foot,
     /// The radial difference there, where there is one; else infinite.
     apart: f64,
-    /// Whether no point of the other surface is nearer, as far as that was asked.
-    certain: bool,
+    /// No point of the other surface is nearer than the foot by more than this.
+    slack: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -94,9 +94,11 @@ struct Piece {
 const MOST_POINTS: usize = 1 << 22;
 /// The bytes that splitting a piece takes.
 const BYTES: f64 = 1024.0;
-/// Vertices that are certified at once, and how often in a round.
+/// Vertices that are certified at once.
 const AT_ONCE: usize = 16;
-const TIMES: usize = 64;
+/// The part of what is open above which a vertex is certified, and the part to which it is.
+const FAR: f64 = 0.25;
+const SLACK: f64 = 0.125;
 
 /// Encloses max over the points of `from` of their distance from `onto`, within `width`, metres, if
 /// work and memory allow.
@@ -108,16 +110,7 @@ pub(super) fn farthest_point(
     apart: Option<&Apart>,
     width: f64,
 ) -> Result<FarthestPoint> {
-    let mut search = Search::new([from, onto], apart)?;
-    loop {
-        search.raise();
-        search.pieces.retain(|piece| piece.upper > search.lower);
-        let upper = search.upper();
-        let limit = if upper - search.lower <= width { None } else { search.split().err() };
-        if upper - search.lower <= width || limit.is_some() {
-            return Ok(FarthestPoint { lower: search.lower, upper, at: search.at, limit });
-        }
-    }
+    Ok(Search::new([from, onto], apart)?.run(width))
 }
 
 struct Search<'a> {
@@ -163,9 +156,22 @@ impl<'a> Search<'a> {
         Ok(search)
     }
 
+    fn run(mut self, width: f64) -> FarthestPoint {
+        loop {
+            self.raise();
+            self.pieces.retain(|piece| piece.upper > self.lower);
+            let (lower, upper, at) = (self.lower, self.upper(), self.at);
+            let is_met = upper - lower <= width;
+            let limit = if is_met { None } else { self.split().err() };
+            if is_met || limit.is_some() {
+                return FarthestPoint { lower, upper, at, limit };
+            }
+        }
+    }
+
     fn vertex(&self, point: DVec3, direction: DVec3) -> Vertex {
         let apart = self.apart.map_or(f64::INFINITY, |apart| apart.series.value(direction).abs());
-        Vertex { point, direction, foot: self.onto.foot(point), apart, certain: false }
+        Vertex { point, direction, foot: self.onto.foot(point), apart, slack: f64::INFINITY }
     }
 
     fn upper(&self) -> f64 {
@@ -204,46 +210,60 @@ impl<'a> Search<'a> {
 
     /// Raises the lower bound by the vertices that are farthest.
     fn raise(&mut self) {
-        let upper = self.upper();
-        let Some(smooth) = &self.onto.smooth else {
-            for v in self.pieces.iter().flat_map(|piece| piece.corners) {
-                let v = &self.vertices[v as usize];
-                if v.foot.distance - self.rounding > self.lower {
-                    (self.lower, self.at) = (v.foot.distance - self.rounding, v.point);
-                }
+        if let Some(smooth) = &self.onto.smooth {
+            return self.certify(smooth);
+        }
+        for v in self.pieces.iter().flat_map(|piece| piece.corners) {
+            let v = &self.vertices[v as usize];
+            if v.foot.distance - self.rounding > self.lower {
+                (self.lower, self.at) = (v.foot.distance - self.rounding, v.point);
             }
-            return;
-        };
-        let goal = |lower: f64| lower + 0.25 * (upper - lower);
+        }
+    }
+
+    /// Does so where distances are certain only when they were asked for.
+    fn certify(&mut self, onto: &Smooth) {
+        let upper = self.upper();
+        for group in self.farthest(upper).chunks(AT_ONCE) {
+            let open = upper - self.lower;
+            let first = self.vertices[group[0] as usize].foot.distance;
+            if self.left == 0 || first <= self.lower + FAR * open {
+                break;
+            }
+            let certain = |v: &u32| {
+                let v = &self.vertices[*v as usize];
+                onto.certain(v.point, v.foot, SLACK * open, &self.onto.tree)
+            };
+            let found: Vec<Certain> = group.par_iter().map(certain).collect();
+            for (v, found) in group.iter().zip(found) {
+                let v = &mut self.vertices[*v as usize];
+                (v.foot, v.slack) = (found.foot, SLACK * open);
+                if found.lower - self.rounding > self.lower {
+                    (self.lower, self.at) = (found.lower - self.rounding, v.point);
+                }
+                self.left = self.left.saturating_sub(found.looked_at);
+            }
+        }
+    }
+
+    /// Lists the vertices whose distance may raise the lower bound, the farthest first.
+    fn farthest(&self, upper: f64) -> Vec<u32> {
+        let open = upper - self.lower;
+        // No distance is certain to more digits than the points have.
+        if open <= 4.0 * self.rounding {
+            return Vec::new();
+        }
+        let distance = |v: u32| self.vertices[v as usize].foot.distance;
         let is_far = |v: &u32| {
-            let v = &self.vertices[*v as usize];
-            !v.certain && v.foot.distance > goal(self.lower)
+            let is_known = self.vertices[*v as usize].slack <= 2.0 * SLACK * open;
+            !is_known && distance(*v) > self.lower + FAR * open
         };
         let mut far: Vec<u32> =
             self.pieces.iter().flat_map(|piece| piece.corners).filter(is_far).collect();
         far.sort_unstable();
         far.dedup();
-        let distance = |v: &u32| self.vertices[*v as usize].foot.distance;
-        far.sort_by(|a, b| distance(b).total_cmp(&distance(a)));
-        for group in far.chunks(AT_ONCE).take(TIMES) {
-            let lower = self.lower;
-            if self.vertices[group[0] as usize].foot.distance <= goal(lower) {
-                break;
-            }
-            let slack = 0.125 * (upper - lower);
-            let certain = |v: &u32| {
-                let v = &self.vertices[*v as usize];
-                smooth.certain(v.point, v.foot, slack, &self.onto.tree)
-            };
-            let found: Vec<(f64, Foot)> = group.par_iter().map(certain).collect();
-            for (v, (below, foot)) in group.iter().zip(found) {
-                let v = &mut self.vertices[*v as usize];
-                (v.foot, v.certain) = (foot, true);
-                if below - self.rounding > self.lower {
-                    (self.lower, self.at) = (below - self.rounding, v.point);
-                }
-            }
-        }
+        far.sort_by(|a, b| distance(*b).total_cmp(&distance(*a)));
+        far
     }
 
     /// Splits the pieces that may reach into the upper half of what is open.
@@ -289,5 +309,74 @@ impl<'a> Search<'a> {
             }
             None => self.vertex(0.5 * (a.point + b.point), DVec3::ZERO),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+    use crate::mesh::shapes::{cube, l_shape};
+    use crate::study::Subject;
+
+    fn enclosed(mesh: &Mesh, other: &Mesh, width: f64) -> FarthestPoint {
+        let [from, onto] = [mesh, other].map(|m| Side::new(Subject::Mesh(m)).expect("faces"));
+        let found = farthest_point([&from, &onto], None, width).expect("little memory");
+        assert!(found.lower <= found.upper && found.upper <= found.lower + width, "{found:?}");
+        found
+    }
+
+    #[test]
+    fn a_mesh_is_at_no_distance_from_itself() {
+        for mesh in [cube(), l_shape()] {
+            assert!(enclosed(&mesh, &mesh, 1e-12).upper <= 1e-15);
+        }
+    }
+
+    #[test]
+    fn nested_cubes_have_their_two_distances() {
+        let outer = cube().translated(DVec3::splat(-0.5)).scaled(3.0).expect("positive");
+        let inner = cube().translated(DVec3::splat(-0.5));
+        // From a corner of the outer cube, (1.5, 1.5, 1.5), to that of the inner one; from the
+        // inner faces straight out.
+        let from_outer = enclosed(&outer, &inner, 1e-6);
+        assert!(from_outer.lower <= 3_f64.sqrt() && from_outer.upper >= 3_f64.sqrt());
+        assert!((from_outer.at.abs() - DVec3::splat(1.5)).length() <= 1e-6);
+        let from_inner = enclosed(&inner, &outer, 1e-6);
+        assert!(from_inner.lower <= 1.0 && from_inner.upper >= 1.0);
+    }
+
+    #[test]
+    fn the_farthest_point_may_be_inside_a_face() {
+        // A plate above two others that leave a gap of width 2 between them: its middle is
+        // farthest.
+        let plate = |x0: f64, x1: f64, z: f64| {
+            let p = |x, y| DVec3::new(x, y, z);
+            let corners = vec![p(x0, -9.0), p(x1, -9.0), p(x1, 9.0), p(x0, 9.0)];
+            Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3]]).expect("indices in range")
+        };
+        let two = {
+            let (left, right) = (plate(-3.0, -1.0, 0.0), plate(1.0, 3.0, 0.0));
+            let positions = [left.positions(), right.positions()].concat();
+            let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+            Mesh::new(positions, triangles).expect("indices in range")
+        };
+        let found = enclosed(&plate(-3.0, 3.0, 1.0), &two, 1e-4);
+        let exact = 2_f64.sqrt();
+        assert!(found.lower <= exact && found.upper >= exact, "{found:?}");
+        assert!(found.at.x.abs() <= 1e-3);
+    }
+
+    #[test]
+    fn a_search_that_ends_early_says_why_and_what_is_certain() {
+        let outer = cube().translated(DVec3::splat(-0.5)).scaled(3.0).expect("positive");
+        let inner = cube().translated(DVec3::splat(-0.5));
+        let [from, onto] = [&inner, &outer].map(|m| Side::new(Subject::Mesh(m)).expect("faces"));
+        let mut search = Search::new([&from, &onto], None).expect("little memory");
+        search.left = 0;
+        search.pieces.iter_mut().for_each(|piece| piece.upper += 1.0);
+        let found = search.run(1e-6);
+        assert_eq!(found.limit, Some(Limit::Points(MOST_POINTS)));
+        assert!(found.lower <= 1.0 && found.upper >= 1.0 && found.upper <= 3.0, "{found:?}");
     }
 }

@@ -44,6 +44,16 @@ pub(super) struct Foot {
     pub(super) distance: f64,
 }
 
+/// What is certain of the distance of a point.
+pub(super) struct Certain {
+    /// It is not less.
+    pub(super) lower: f64,
+    /// The nearest point that was found.
+    pub(super) foot: Foot,
+    /// How many patches that took.
+    pub(super) looked_at: usize,
+}
+
 /// A part of the surface above a spherical triangle.
 struct Patch {
     directions: [DVec3; 3],
@@ -162,33 +172,35 @@ impl Smooth {
 
     /// Bounds the distance of a point from below, to within `slack` of the nearest point there is,
     /// which is found as well: parts of the surface that may be nearer than the nearest known by
-    /// more are halved until none is.
+    /// more are halved until none is, or there are too many.
     pub(super) fn certain(
         &self,
         point: DVec3,
         known: Foot,
         slack: f64,
         tree: &NearestPoint,
-    ) -> (f64, Foot) {
-        let mut best = known;
-        let near = tree.faces_within(point, best.distance + self.bulge - slack);
-        let whole =
-            |face: u32| self.patch(point, self.face(face), self.face(face).map(|d| self.point(d)));
+    ) -> Certain {
+        let mut foot = known;
+        let near = tree.faces_within(point, foot.distance + self.bulge - slack);
+        let whole = |face: u32| {
+            let directions = self.face(face);
+            self.patch(point, directions, directions.map(|d| self.point(d)))
+        };
         let mut open: Vec<Patch> = near.into_iter().map(whole).collect();
-        let mut count = 0;
+        let mut looked_at = 0;
         loop {
-            open.retain(|patch| patch.lower < best.distance - slack);
-            count += open.len();
-            if open.is_empty() || count > MOST_PATCHES {
+            open.retain(|patch| patch.lower < foot.distance - slack);
+            looked_at += open.len();
+            if open.is_empty() || looked_at > MOST_PATCHES {
                 let lower = open.iter().map(|patch| patch.lower);
-                return (lower.fold(best.distance - slack, f64::min).max(0.0), best);
+                let lower = lower.fold(foot.distance - slack, f64::min).max(0.0);
+                return Certain { lower, foot, looked_at };
             }
             open = open.iter().flat_map(|patch| self.quarters(point, patch)).collect();
-            for patch in &open {
-                for (direction, there) in patch.directions.iter().zip(patch.points) {
-                    if there.distance(point) < best.distance - 0.5 * slack {
-                        best = self.foot(point, *direction, best.face);
-                    }
+            let corners = open.iter().flat_map(|p| p.directions.into_iter().zip(p.points));
+            for (direction, there) in corners {
+                if there.distance(point) < foot.distance - 0.5 * slack {
+                    foot = self.foot(point, direction, foot.face);
                 }
             }
         }
