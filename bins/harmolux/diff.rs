@@ -7,7 +7,9 @@ use glam::DVec3;
 use harmolux::io::meshes::{MeshColours, MeshFormat, encode_ply};
 use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
-use harmolux::study::{CompareSettings, Comparison, DistanceMap, Hausdorff, Pair};
+use harmolux::study::{
+    CompareSettings, Comparison, DistanceMap, FarthestPoint, Hausdorff, Limit, Pair,
+};
 use harmolux::{Error, Result};
 use serde_json::{Value, json};
 
@@ -22,9 +24,10 @@ use crate::common::{paths, say};
 
 /// Measure how far two shapes or meshes are from each other
 ///
-/// The Hausdorff distance is an interval that certainly holds it: coefficients are meshed finely
-/// enough, and how far that mesh can be off is added. The radial difference exists about one centre
-/// only; normals are compared at nearest points.
+/// The Hausdorff distance, and how far either is from the other, are intervals that certainly hold
+/// them, for the smooth surface of coefficients too; a smaller --width never gives a wider one. Exit
+/// code 4 when it could not be had. The radial difference exists about one centre only; normals are
+/// compared at nearest points.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux diff head.txt head.obj                     what the fit lost
@@ -39,8 +42,8 @@ pub(crate) struct Diff {
     /// Exit with code 4 unless the Hausdorff distance is certainly not above this, such as 0.1mm
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(crate) tolerance: Option<f64>,
-    /// How wide the interval of the Hausdorff distance may be [default: a thousandth of the size,
-    /// or a quarter of the tolerance]
+    /// How wide the intervals of the distances may be [default: a thousandth of the size, or a
+    /// quarter of the tolerance]
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(crate) width: Option<f64>,
     /// The centre about which the radii of two meshes are compared, metres
@@ -87,27 +90,50 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     let met = verb.tolerance.map(|tolerance| found.hausdorff.upper <= tolerance);
     fill(&mut table, verb, &found);
     let csv = output.map(|output| output.write(&table.to_csv()?));
-    let map = map.map(|output| write_map(output, &pair.distance_map()));
+    let map = map.map(|output| write_map(output, &pair.distance_map()?));
     let written = write_all(csv.into_iter().chain(map));
     drop(meter);
     if as_json {
         say::json(&value(verb, &found, met));
     } else {
-        report(verb, &found);
+        report(&found);
     }
     written?;
     Ok(judge(verb, &found.hausdorff, met))
 }
 
 fn judge(verb: &Diff, hausdorff: &Hausdorff, met: Option<bool>) -> Code {
-    let (Some(tolerance), Some(false)) = (verb.tolerance, met) else { return Code::Done };
-    let certainly = if hausdorff.lower > tolerance { "above" } else { "not certainly within" };
-    say::warning(&format!(
-        "the Hausdorff distance, {}, is {certainly} the tolerance of {} m",
-        interval(hausdorff),
-        say::significant(tolerance, 4)
-    ));
-    Code::NotMet
+    let mut code = Code::Done;
+    if let (Some(tolerance), Some(false)) = (verb.tolerance, met) {
+        let certainly = if hausdorff.lower > tolerance { "above" } else { "not certainly within" };
+        say::warning(&format!(
+            "the Hausdorff distance, {}, is {certainly} the tolerance of {} m",
+            interval(hausdorff.lower, hausdorff.upper),
+            say::significant(tolerance, 4)
+        ));
+        code = Code::NotMet;
+    }
+    if let Some(limit) = hausdorff.limit() {
+        let widest = hausdorff.one_sided.map(|p| p.upper - p.lower).into_iter().fold(0.0, f64::max);
+        let [widest, width] = [widest, hausdorff.width].map(|x| say::significant(x, 2));
+        let why = why_wide(limit);
+        say::warning(&format!("an interval is {widest} m wide, and may be {width} m: {why}"));
+        code = Code::NotMet;
+    }
+    code
+}
+
+/// Says why an interval is too wide, and how to go on.
+fn why_wide(limit: Limit) -> String {
+    match limit {
+        Limit::Points(most) => {
+            format!("it takes more than the {most} points that are looked at; widen --width")
+        }
+        Limit::Memory => {
+            "it takes more memory than is free; allow more by --max-memory or widen --width".into()
+        }
+        _ => "numbers have no more digits; widen --width".into(),
+    }
 }
 
 /// Writes the map and says what its colours mean.
@@ -136,7 +162,6 @@ fn about_both(verb: &Diff, error: Error) -> Error {
 fn numbers(found: &Comparison) -> Vec<(&'static str, Option<f64>, &'static str)> {
     let radial = found.radial.as_ref().ok();
     let h = &found.hausdorff;
-    let chord = |i: usize| h.chord_errors[i].and_then(|error| error.bound);
     vec![
         ("hausdorff_lower", Some(h.lower), "m"),
         ("hausdorff_upper", Some(h.upper), "m"),
@@ -144,8 +169,7 @@ fn numbers(found: &Comparison) -> Vec<(&'static str, Option<f64>, &'static str)>
         ("a_from_b_upper", Some(h.one_sided[0].upper), "m"),
         ("b_from_a_lower", Some(h.one_sided[1].lower), "m"),
         ("b_from_a_upper", Some(h.one_sided[1].upper), "m"),
-        ("chord_error_a", chord(0), "m"),
-        ("chord_error_b", chord(1), "m"),
+        ("width", Some(h.width), "m"),
         ("radial_rms", radial.map(|r| r.rms), "m"),
         ("radial_max", radial.map(|r| r.max), "m"),
         ("mean_radius_a", radial.map(|r| r.mean_radii[0]), "m"),
@@ -178,6 +202,7 @@ fn value(verb: &Diff, found: &Comparison, met: Option<bool>) -> Value {
         "b_farthest_at": found.hausdorff.one_sided[1].at.to_array(),
         "normal_samples": found.normals.samples,
         "no_radial_because": found.radial.as_ref().err().map(advice::told),
+        "width_met": found.hausdorff.limit().is_none(),
         "within_tolerance": met,
     });
     paths::put(&mut value, "a", &verb.a);
@@ -188,14 +213,15 @@ fn value(verb: &Diff, found: &Comparison, met: Option<bool>) -> Value {
     value
 }
 
-fn report(verb: &Diff, found: &Comparison) {
+fn report(found: &Comparison) {
     let h = &found.hausdorff;
     let place = |i: usize| {
         let [x, y, z] = h.one_sided[i].at.to_array().map(|v| say::significant(v, 3));
-        format!("{} m, at ({x}, {y}, {z})", say::significant(h.one_sided[i].lower, 4))
+        let FarthestPoint { lower, upper, .. } = h.one_sided[i];
+        format!("{}, at ({x}, {y}, {z})", interval(lower, upper))
     };
     let mut lines = vec![
-        ("Hausdorff distance", interval(h)),
+        ("Hausdorff distance", interval(h.lower, h.upper)),
         ("a is from b up to", place(0)),
         ("b is from a up to", place(1)),
     ];
@@ -226,19 +252,10 @@ fn report(verb: &Diff, found: &Comparison) {
     lines.push(("volume", two(found.volumes, "m3")));
     lines.push(("area", two(found.areas.map(Some), "m2")));
     say::pairs(&lines);
-    for (path, error) in [&verb.a, &verb.b].into_iter().zip(h.chord_errors) {
-        if let Some(bound) = error.and_then(|e| e.bound) {
-            say::note(&format!(
-                "{} is meshed to {} m at most; the interval allows for it",
-                path.display(),
-                say::significant(bound, 2)
-            ));
-        }
-    }
 }
 
-fn interval(h: &Hausdorff) -> String {
-    let [lower, upper] = [h.lower, h.upper].map(|x| say::significant(x, 4));
+fn interval(lower: f64, upper: f64) -> String {
+    let [lower, upper] = [lower, upper].map(|x| say::significant(x, 4));
     format!("{lower} to {upper} m")
 }
 

@@ -27,6 +27,7 @@ pub use radial_mesh::{Folds, RadialMesh, RadialSamples};
 pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
 pub use self_intersections::{Crossing, SelfIntersections};
 pub use shape::{Shape, Source, SourceHash};
+pub(crate) use tessellation::surface_mesh;
 pub use tessellation::{
     ChordError, MAX_FACES, Resolution, Tessellation, parametric_mesh, tessellate,
 };

@@ -3,7 +3,6 @@
 pub(crate) mod boundary;
 mod doubles;
 pub(crate) mod edges;
-mod hausdorff;
 mod nearest;
 mod points;
 mod repair;
@@ -14,7 +13,6 @@ mod triangle_mesh;
 pub use boundary::BoundaryLoop;
 pub use doubles::Doubles;
 pub use edges::{BadEdge, EdgeFault, edge_faults};
-pub use hausdorff::{FarthestPoint, farthest_point};
 pub use nearest::{Nearest, NearestPoint};
 pub use points::Points;
 pub use repair::{RepairReport, RepairSettings, repair};

@@ -101,13 +101,6 @@ impl NearestPoint {
 
     /// Finds the nearest point; `point` must be finite.
     pub fn nearest(&self, point: DVec3) -> Nearest {
-        let (place, found, squared) = self.search(point);
-        Nearest { face: self.faces[place], point: found, distance: squared.sqrt() }
-    }
-
-    /// Finds the nearest point: the place of its face in the tree's own order, the point, the
-    /// square of the distance.
-    pub(super) fn search(&self, point: DVec3) -> (usize, DVec3, f64) {
         let mut best = (0, self.corners[0][0], f64::INFINITY);
         let mut waiting = [(0_u32, 0.0); WAITING];
         let mut count = 1;
@@ -140,12 +133,30 @@ impl NearestPoint {
             waiting[count + 1] = near;
             count += 2;
         }
-        best
+        let (place, found, squared) = best;
+        Nearest { face: self.faces[place], point: found, distance: squared.sqrt() }
     }
 
-    /// Returns the distance of a point from the face at this place of the tree's own order.
-    pub(super) fn distance_from(&self, place: usize, point: DVec3) -> f64 {
-        point.distance(nearest_on_triangle(point, *self.face_at(place)))
+    /// Lists the faces that are within a distance of a point.
+    pub(crate) fn faces_within(&self, point: DVec3, distance: f64) -> Vec<u32> {
+        let is_near = |place: &usize| {
+            point.distance(nearest_on_triangle(point, *self.face_at(*place))) <= distance
+        };
+        let mut near = Vec::new();
+        let mut waiting = vec![0];
+        while let Some(number) = waiting.pop() {
+            let node = &self.nodes[number as usize];
+            if distance_squared(&node.bounds, point) > distance * distance {
+                continue;
+            }
+            if node.count == 0 {
+                waiting.extend([node.first, number + 1]);
+                continue;
+            }
+            let places = node.first as usize..(node.first + node.count) as usize;
+            near.extend(places.filter(is_near).map(|place| self.faces[place]));
+        }
+        near
     }
 }
 
@@ -202,6 +213,12 @@ mod tests {
                 .map(|f| nearest_on_triangle(p, mesh.corners(f)).distance(p))
                 .fold(f64::MAX, f64::min);
             assert!((found.distance - least).abs() <= 1e-14);
+            let mut near = tree.faces_within(p, 1.5);
+            near.sort_unstable();
+            let is_near =
+                |f: &u32| nearest_on_triangle(p, mesh.corners(*f as usize)).distance(p) <= 1.5;
+            let all = 0..mesh.triangles().len() as u32;
+            assert_eq!(near, all.filter(is_near).collect::<Vec<_>>());
             let there = nearest_on_triangle(found.point, mesh.corners(found.face as usize));
             assert!(there.distance(found.point) <= 1e-14);
         }

@@ -22,8 +22,8 @@ mod warnings;
 
 pub use batch::batch;
 pub use compare::{
-    CompareSettings, Comparison, DistanceMap, Hausdorff, NormalAngles, Pair, RadialDifference,
-    Subject, compare,
+    CompareSettings, Comparison, DistanceMap, FarthestPoint, Hausdorff, Limit, NormalAngles, Pair,
+    RadialDifference, Subject, compare,
 };
 pub use detail::{Detail, detail};
 pub use known::known_illuminance;

@@ -129,24 +129,29 @@ pub fn tessellate(
     centre: DVec3,
     resolution: Resolution,
 ) -> Result<Tessellation> {
-    resolution.check(coefficients.mean())?;
-    require_measurable("the mean radius", coefficients.mean().abs())
-        .map_err(|e| e.advise(Advice::AddRadius))?;
-    ask_for(resolution.faces().unwrap_or(0))?;
     let series = Evaluator::new(coefficients)?;
+    let mesh = surface_mesh(&series, resolution)?;
+    let corners: Vec<[DVec3; 3]> =
+        (0..mesh.triangles().len()).map(|face| mesh.corners(face)).collect();
+    let chord_error = chord_error::chord_error(&series, &corners)?;
+    Ok(Tessellation { mesh: mesh.translated(centre), chord_error })
+}
+
+/// Makes the mesh alone, about the origin: see [`tessellate`].
+pub(crate) fn surface_mesh(series: &Evaluator, resolution: Resolution) -> Result<Mesh> {
+    let mean = series.coefficients().mean();
+    resolution.check(mean)?;
+    require_measurable("the mean radius", mean.abs()).map_err(|e| e.advise(Advice::AddRadius))?;
+    ask_for(resolution.faces().unwrap_or(0))?;
     let sphere = match resolution {
         Resolution::Icosphere { frequency } => icosphere::icosphere(frequency),
         Resolution::LatLong { bands, azimuths } => lat_long::lat_long(bands, azimuths),
-        Resolution::Adaptive { tolerance } => adaptive::adaptive(&series, tolerance)?,
+        Resolution::Adaptive { tolerance } => adaptive::adaptive(series, tolerance)?,
     };
-    let points = lift(&series, &sphere.directions)?;
+    let mesh = Mesh::new(lift(series, &sphere.directions)?, sphere.triangles)?;
     // Between the vertices, too.
-    require_positive(coefficients)?;
-    let corners: Vec<[DVec3; 3]> =
-        sphere.triangles.iter().map(|t| t.map(|v| points[v as usize])).collect();
-    let chord_error = chord_error::chord_error(&series, &corners)?;
-    let mesh = Mesh::new(points.into_iter().map(|p| centre + p).collect(), sphere.triangles)?;
-    Ok(Tessellation { mesh, chord_error })
+    require_positive(series.coefficients())?;
+    Ok(mesh)
 }
 
 /// Asks for what the making of so many faces takes: 200 bytes each.

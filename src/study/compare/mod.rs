@@ -1,23 +1,26 @@
 //! How far two shapes are from each other, each a series or a mesh.
 //!
-//! In space: the two-sided Hausdorff distance, as an interval that is certain (meshes by branch and
-//! bound, see [`farthest_point`]; series through a mesh whose own bounded distance is added), and
-//! the angle between the normals at nearest points. About one centre: the radial difference, by
-//! Parseval's theorem for two series, by quadrature on the faces for a series and a mesh, by rays
-//! for two meshes.
+//! In space: the two-sided Hausdorff distance, as an interval that is certain (`farthest`, and
+//! `smooth` for series), and the angle between the normals at nearest points. About one centre: the
+//! radial difference, by Parseval's theorem for two series, by quadrature on the faces for a series
+//! and a mesh, by rays for two meshes.
 
+mod farthest;
 mod radial;
 mod side;
+mod smooth;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use self::farthest::{Apart, farthest_point};
 use self::side::Side;
-use crate::fit::ChordError;
-use crate::fit::Shape;
-use crate::mesh::{FarthestPoint, Mesh, farthest_point};
+use crate::fit::{Resolution, Shape, surface_mesh};
+use crate::mesh::Mesh;
+use crate::sh::{Evaluator, difference};
 use crate::{Error, Result};
 
+pub use farthest::{FarthestPoint, Limit};
 pub use radial::RadialDifference;
 
 /// Names what is compared.
@@ -50,14 +53,19 @@ pub struct Comparison {
 pub struct Hausdorff {
     /// The distance is not less.
     pub lower: f64,
-    /// The distance is not more; infinite where a series is of so high a degree that its mesh has
-    /// no bounded error.
+    /// The distance is not more.
     pub upper: f64,
-    /// The largest distance of the first from the second, and of the second from the first, between
-    /// the meshes that stand for them.
+    /// The largest distance of the first from the second, and of the second from the first.
     pub one_sided: [FarthestPoint; 2],
-    /// How far the mesh that stands for a series is from it; `None` for meshes.
-    pub chord_errors: [Option<ChordError>; 2],
+    /// How wide each interval may be.
+    pub width: f64,
+}
+
+impl Hausdorff {
+    /// Returns why an interval is wider than it may be, if one is.
+    pub fn limit(&self) -> Option<Limit> {
+        self.one_sided.iter().find_map(|found| found.limit)
+    }
 }
 
 /// Holds the angles, radians, between the outward normal at points spread evenly by area over both
@@ -111,11 +119,10 @@ pub struct CompareSettings {
     pub centre: DVec3,
 }
 
-/// The share of the width that the meshes of series may take: their bound is some times the chord
-/// error that is measured.
-const CHORD_SHARE: f64 = 0.1;
 /// The default width relative to the size.
 const RELATIVE_WIDTH: f64 = 1e-3;
+/// The chord error of the mesh of a series that a map is painted on, relative to the size.
+const MAP_ERROR: f64 = 1e-3;
 /// Points on each shape at which normals are compared.
 const NORMAL_SAMPLES: u64 = 8192;
 
@@ -123,53 +130,84 @@ const NORMAL_SAMPLES: u64 = 8192;
 pub struct Pair<'a> {
     subjects: [Subject<'a>; 2],
     sides: [Side; 2],
+    /// The radial difference of two series about one centre.
+    apart: Option<Apart>,
     width: f64,
     centre: DVec3,
 }
 
 impl<'a> Pair<'a> {
-    /// Makes two shapes ready: a series becomes a mesh fine enough for the width of the interval.
+    /// Makes two shapes ready.
     ///
     /// # Errors
     /// [`Error::Geometry`] for a radius that is not positive, a mesh without faces or area or with
-    /// vertices that are not finite; [`Error::Parameter`] for a width that is not positive or takes
-    /// too many faces, and for a degree too high.
+    /// vertices that are not finite; [`Error::Parameter`] for a width that is not positive, and for
+    /// a degree too high; [`Error::Memory`] for more than is free.
     pub fn new(a: Subject<'a>, b: Subject<'a>, settings: &CompareSettings) -> Result<Self> {
         let width = width(a, b, settings)?;
-        let side = |subject| Side::new(subject, CHORD_SHARE * width);
-        let (first, second) = rayon::join(|| side(a), || side(b));
+        let (first, second) = rayon::join(|| Side::new(a), || Side::new(b));
         let sides = [first?, second?];
-        Ok(Self { subjects: [a, b], sides, width, centre: settings.centre })
+        let apart = match (a, b) {
+            (Subject::Series(a), Subject::Series(b)) => apart(a, b)?,
+            _ => None,
+        };
+        Ok(Self { subjects: [a, b], sides, apart, width, centre: settings.centre })
     }
 
     /// Compares them.
     ///
     /// # Errors
-    /// [`Error::Numeric`] and [`Error::Parameter`] as the integrals over the shapes; none is known
-    /// for shapes that could be made ready.
+    /// [`Error::Memory`] for more than is free; [`Error::Numeric`] and [`Error::Parameter`] as the
+    /// integrals over the shapes, of which none is known for shapes that could be made ready.
     pub fn compare(&self) -> Result<Comparison> {
         let ([a, b], sides) = (self.subjects, &self.sides);
         Ok(Comparison {
             radial: radial::radial(a, b, self.centre)?,
-            hausdorff: hausdorff(sides, self.width),
+            hausdorff: self.hausdorff()?,
             normals: normal_angles(sides),
             volumes: [sides[0].volume, sides[1].volume],
             areas: [sides[0].area, sides[1].area],
         })
     }
 
-    /// Measures the distance of the second shape at the vertices of the first.
-    pub fn distance_map(&self) -> DistanceMap {
-        let mesh = self.sides[0].mesh();
-        let normals = vertex_normals(mesh);
+    fn hausdorff(&self) -> Result<Hausdorff> {
+        let ([a, b], width) = (&self.sides, self.width);
+        let found = |sides| farthest_point(sides, self.apart.as_ref(), width);
+        let one_sided = [found([a, b])?, found([b, a])?];
+        let larger = |key: fn(&FarthestPoint) -> f64| key(&one_sided[0]).max(key(&one_sided[1]));
+        Ok(Hausdorff { lower: larger(|p| p.lower), upper: larger(|p| p.upper), one_sided, width })
+    }
+
+    /// Measures the distance of the second shape at the vertices of the first, or of a mesh of it.
+    ///
+    /// # Errors
+    /// As [`crate::fit::tessellate`].
+    pub fn distance_map(&self) -> Result<DistanceMap> {
+        let mesh = match self.subjects[0] {
+            Subject::Series(shape) => {
+                let tolerance = MAP_ERROR * side::size(self.subjects[0]);
+                let series = Evaluator::new(&shape.coefficients)?;
+                surface_mesh(&series, Resolution::Adaptive { tolerance })?.translated(shape.centre)
+            }
+            Subject::Mesh(mesh) => mesh.clone(),
+        };
+        let normals = vertex_normals(&mesh);
         let distance = |(p, normal): (&DVec3, &DVec3)| {
-            let nearest = self.sides[1].tree.nearest(*p);
+            let nearest = self.sides[1].foot(*p);
             let outside = (nearest.point - *p).dot(*normal) >= 0.0;
             if outside { nearest.distance } else { -nearest.distance }
         };
         let distances = mesh.positions().par_iter().zip(&normals).map(distance).collect();
-        DistanceMap { mesh: mesh.clone(), distances }
+        Ok(DistanceMap { mesh, distances })
     }
+}
+
+/// Prepares the radial difference of two series, if it is about one centre.
+fn apart(a: &Shape, b: &Shape) -> Result<Option<Apart>> {
+    let [fa, fb] = [&a.coefficients, &b.coefficients];
+    let centres = a.centre.distance(b.centre);
+    let is_one = centres <= RELATIVE_WIDTH * fa.mean().abs();
+    is_one.then(|| Apart::new(&difference(fa, fb), centres)).transpose()
 }
 
 /// Compares two shapes.
@@ -203,31 +241,12 @@ fn width(a: Subject, b: Subject, settings: &CompareSettings) -> Result<f64> {
     }
 }
 
-fn hausdorff([a, b]: &[Side; 2], width: f64) -> Hausdorff {
-    let chord_errors = [a.chord_error, b.chord_error];
-    // The Hausdorff distance obeys the triangle inequality: two series are as far apart as their
-    // meshes, give or take the meshes' own distances.
-    let around: f64 =
-        chord_errors.iter().flatten().map(|error| error.bound.unwrap_or(f64::INFINITY)).sum();
-    let open = if around < 0.5 * width { width - 2.0 * around } else { 0.5 * width };
-    let one_sided =
-        [farthest_point(a.mesh(), &b.tree, open), farthest_point(b.mesh(), &a.tree, open)];
-    let larger = |key: fn(&FarthestPoint) -> f64| key(&one_sided[0]).max(key(&one_sided[1]));
-    Hausdorff {
-        lower: (larger(|p| p.lower) - around).max(0.0),
-        upper: larger(|p| p.upper) + around,
-        one_sided,
-        chord_errors,
-    }
-}
-
 fn normal_angles(sides: &[Side; 2]) -> NormalAngles {
     let angle = |i: u64| {
         let [from, to] =
             if i < NORMAL_SAMPLES { [&sides[0], &sides[1]] } else { [&sides[1], &sides[0]] };
         let (point, normal) = from.sample(i % NORMAL_SAMPLES);
-        let nearest = to.tree.nearest(point);
-        normal.angle_between(to.normal(nearest.point, nearest.face))
+        normal.angle_between(to.normal(&to.foot(point)))
     };
     let mut angles: Vec<f64> = (0..2 * NORMAL_SAMPLES).into_par_iter().map(angle).collect();
     angles.sort_by(f64::total_cmp);

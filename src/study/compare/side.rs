@@ -5,20 +5,19 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::Subject;
+use super::smooth::{Foot, Smooth};
 use crate::Result;
-use crate::fit::{ChordError, Resolution, tessellate};
 use crate::math::{Randomness, Stream};
 use crate::mesh::{Mesh, MeshReport, NearestPoint};
-use crate::sh::{Series, area, volume};
+use crate::sh::{area, volume};
 use crate::surface::{MeshSurface, SampleArea};
 
 /// A shape made ready.
 pub(super) struct Side {
     surface: MeshSurface,
-    /// The series that the mesh stands for, and its centre.
-    series: Option<(Series, DVec3)>,
+    /// The series that the mesh stands for.
+    pub(super) smooth: Option<Smooth>,
     pub(super) tree: NearestPoint,
-    pub(super) chord_error: Option<ChordError>,
     pub(super) volume: Option<f64>,
     pub(super) area: f64,
 }
@@ -27,18 +26,16 @@ pub(super) struct Side {
 const SEED: u64 = 2012;
 
 impl Side {
-    /// Makes a shape ready; a series through a mesh of this chord error.
-    pub(super) fn new(subject: Subject, tolerance: f64) -> Result<Self> {
+    /// Makes a shape ready; a series is looked for by a mesh.
+    pub(super) fn new(subject: Subject) -> Result<Self> {
         match subject {
             Subject::Series(shape) => {
-                let f = &shape.coefficients;
-                let made = tessellate(f, shape.centre, Resolution::Adaptive { tolerance })?;
+                let (smooth, mesh) = Smooth::new(shape)?;
                 Ok(Self {
-                    chord_error: Some(made.chord_error),
-                    series: Some((Series::new(f)?, shape.centre)),
-                    volume: Some(volume(f)?),
-                    area: area(f)?.value,
-                    ..Self::of_mesh(made.mesh)?
+                    smooth: Some(smooth),
+                    volume: Some(volume(&shape.coefficients)?),
+                    area: area(&shape.coefficients)?.value,
+                    ..Self::of_mesh(mesh)?
                 })
             }
             Subject::Mesh(mesh) => Self::of_mesh(mesh.clone()),
@@ -50,18 +47,33 @@ impl Side {
         let volume = MeshReport::of(&mesh).is_closed().then(|| mesh.volume());
         let surface = MeshSurface::new(mesh)?;
         let area = surface.area();
-        Ok(Self { surface, series: None, tree, chord_error: None, volume, area })
+        Ok(Self { surface, smooth: None, tree, volume, area })
     }
 
     pub(super) fn mesh(&self) -> &Mesh {
         self.surface.mesh()
     }
 
-    /// Returns the outward normal of the shape at a point of its mesh.
-    pub(super) fn normal(&self, point: DVec3, face: u32) -> DVec3 {
-        match &self.series {
-            Some((series, centre)) => series_point(series, *centre, point).1,
-            None => self.mesh().normal(face as usize).unwrap_or(DVec3::ZERO),
+    /// Finds the point of the shape that is nearest; on a series it may be another that is nearly
+    /// as near.
+    pub(super) fn foot(&self, point: DVec3) -> Foot {
+        let near = self.tree.nearest(point);
+        match &self.smooth {
+            Some(smooth) => smooth.foot(point, smooth.direction(near.point), near.face),
+            None => Foot {
+                point: near.point,
+                direction: DVec3::ZERO,
+                face: near.face,
+                distance: near.distance,
+            },
+        }
+    }
+
+    /// Returns the outward normal of the shape at a point of it.
+    pub(super) fn normal(&self, at: &Foot) -> DVec3 {
+        match &self.smooth {
+            Some(smooth) => smooth.normal(at.direction),
+            None => self.mesh().normal(at.face as usize).unwrap_or(DVec3::ZERO),
         }
     }
 
@@ -70,20 +82,14 @@ impl Side {
     pub(super) fn sample(&self, i: u64) -> (DVec3, DVec3) {
         let u = Stream::new(Randomness::Sobol, SEED, i).next_2d();
         let hit = self.surface.sample_area(DVec2::from_array(u)).hit;
-        match &self.series {
-            Some((series, centre)) => series_point(series, *centre, hit.point),
+        match &self.smooth {
+            Some(smooth) => {
+                let direction = smooth.direction(hit.point);
+                (smooth.point(direction), smooth.normal(direction))
+            }
             None => (hit.point, hit.normal),
         }
     }
-}
-
-/// Returns the point of a series in the direction of `point` and its outward normal, along f
-/// omega - grad_S f.
-fn series_point(series: &Series, centre: DVec3, point: DVec3) -> (DVec3, DVec3) {
-    let direction = (point - centre).normalize();
-    let jet = series.jet(direction);
-    let normal = (jet.value * direction - jet.gradient).normalize();
-    (centre + jet.value * direction, normal)
 }
 
 /// Returns the absolute mean radius of a series; of a mesh the radius of the ball of equal area.
