@@ -5,6 +5,7 @@ mod check;
 mod envelope;
 mod face_nodes;
 mod fit_error;
+mod measures;
 mod mesh_fit;
 mod point_fit;
 mod projection;
@@ -18,6 +19,7 @@ mod tessellation;
 pub use check::{Check, CheckSettings, FAULTLESS_COLOUR, FaceFault, StarCheck};
 pub use envelope::{Envelope, least_folded};
 pub use fit_error::{FitError, fit_error};
+pub use measures::Measures;
 pub use mesh_fit::{
     Centre, Fit, FitSettings, FoldPolicy, Projection, fit, mesh_bytes, series_bytes,
 };

@@ -8,6 +8,7 @@ pub(crate) mod folders;
 pub(crate) mod growing;
 pub(crate) mod inputs;
 pub(crate) mod interrupt;
+pub(crate) mod measures;
 pub(crate) mod paths;
 pub(crate) mod plot;
 pub(crate) mod progress;
