@@ -102,7 +102,7 @@ fn refuse_flags_of_series(path: &Path, kind: &str, reading: &SeriesReading) -> R
     }
     let (path, given) = (shown_path(path), given.join(" and "));
     Err(Error::Parameter(format!(
-        "{path}: this is {kind}, and {given} is said of a radius as coefficients only: leave out {given}"
+        "{path}: this is {kind}: leave out {given}, for coefficients of a radius only"
     )))
 }
 

@@ -14,6 +14,7 @@ mod reshape;
 mod self_intersections;
 mod shape;
 pub mod star;
+mod surface_points;
 mod tessellation;
 
 pub use check::{Check, CheckSettings, FAULTLESS_COLOUR, FaceFault, StarCheck};
@@ -29,6 +30,7 @@ pub use radial_mesh::{Folds, RadialMesh, RadialSamples};
 pub use reshape::{NewCentre, Reshaped, Steps, Turn, reshape};
 pub use self_intersections::{Crossing, SelfIntersections};
 pub use shape::{Shape, Source, SourceHash};
+pub use surface_points::{LatLong, SurfacePoint, surface_points};
 pub use tessellation::{
     ChordError, MAX_FACES, Resolution, Tessellation, parametric_mesh, tessellate,
 };

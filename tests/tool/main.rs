@@ -16,6 +16,7 @@ mod cli_fit;
 mod cli_illum;
 #[cfg(unix)]
 mod cli_inputs;
+mod cli_measures;
 mod cli_render;
 mod cli_shapes;
 #[cfg(unix)]
