@@ -39,7 +39,7 @@ const FIXTURES: [(&str, &str); 10] = [
 ];
 
 /// Text of each kind: its target and what stands in it.
-const TEXTS: [(&str, &str); 21] = [
+const TEXTS: [(&str, &str); 22] = [
     (
         "table",
         "name,normalisation,csphase,centre_x_m,C0_0_m,C1_0_m,C1_1_m,S1_1_m\n\
