@@ -1,32 +1,40 @@
 //! `harmolux info`: what a file holds.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::DVec3;
-use harmolux::error::{Advice, shown};
-use harmolux::fit::Shape;
+use harmolux::error::{Advice, shown, shown_path};
 use harmolux::fit::star;
+use harmolux::fit::{Measures, Shape};
 use harmolux::fit::{mesh_bytes, parametric_mesh, series_bytes};
 use harmolux::io::coefficients::{self, ReadOptions, SeriesFormat, spharm_pdm};
 use harmolux::io::input::Input;
 use harmolux::io::points::{self, PointOptions};
 use harmolux::math::Aabb;
 use harmolux::mesh::{Mesh, MeshReport};
-use harmolux::sh::{Convention, least, positions, range, volume};
+use harmolux::sh::{Convention, least, positions, range};
 use harmolux::{Error, Result};
 use serde_json::{Value, json};
 
-use crate::common::advice;
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
 use crate::common::inputs::{holds_points, read_surface, series_format};
+use crate::common::progress::Meter;
 use crate::common::say::{self, point};
+use crate::common::{advice, measures};
 
 /// Say what a mesh, coefficient or point file holds
+///
+/// Lengths are printed in metres, areas in m2, volumes in m3: `--unit` says what the numbers of the
+/// file are in. A body, of coefficients or inside a closed mesh, has its measures: sphericity is the
+/// area of the ball of its volume over its own (Wadell); elongation b/a and flatness c/b (Zingg) are
+/// of the semi-axes a >= b >= c of the ellipsoid that has its volume and, in ratio, its moments of
+/// inertia; roughness is the RMS distance of the surface from that ellipsoid, along rays from the
+/// centroid, over the area.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  harmolux info head.obj
+  harmolux info head.obj --unit mm
   harmolux info head.txt
   harmolux info topo.sh --normalisation ortho --csphase -1 --unit km
   harmolux info cells.csv --row 7 --unit um")]
@@ -41,13 +49,19 @@ pub(crate) struct Info {
 pub(crate) fn run(verb: &Info, as_json: bool) -> Result<Code> {
     let mut input = Input::open(&verb.file)?;
     let options = verb.reading.options();
-    if options.format.is_none() && is_cloud(&mut input)? {
-        return Ok(show(&points(input)?, as_json));
-    }
-    let found = match series_format(&mut input, &options)? {
-        Some(format) => coefficient_file(input, format, &options)?,
-        None => mesh(&read_surface(input)?.0, "triangle mesh"),
+    let meter = Meter::start(&format!("measuring {}", shown_path(&verb.file)));
+    let found = if options.format.is_none() && is_cloud(&mut input)? {
+        points(input, &verb.reading)?
+    } else if let Some(format) = series_format(&mut input, &options)? {
+        coefficient_file(input, format, &verb.reading)?
+    } else {
+        refuse_flags_of_series(input.path(), "a mesh", &verb.reading)?;
+        let (found, _) = read_surface(input)?;
+        // Of a large mesh no copy is made that it does not need.
+        let scaled = verb.reading.unit.map(|unit| found.scaled(unit.metres())).transpose()?;
+        mesh(&scaled.unwrap_or(found), "triangle mesh")
     };
+    drop(meter);
     Ok(show(&found, as_json))
 }
 
@@ -72,10 +86,31 @@ fn is_cloud(input: &mut Input) -> Result<bool> {
     Ok(!named && coefficients::recognise_content(head, length).is_none() && holds_points(input)?)
 }
 
+/// Refuses what is said of coefficients where a file holds none.
+fn refuse_flags_of_series(path: &Path, kind: &str, reading: &SeriesReading) -> Result<()> {
+    let habits = &reading.habits;
+    let flags = [
+        ("--normalisation", habits.normalisation.is_some()),
+        ("--csphase", habits.csphase.is_some()),
+        ("--add-radius", reading.add_radius.is_some()),
+        ("--row", reading.row.is_some()),
+    ];
+    let given = flags.iter().filter(|(_, given)| *given);
+    let given: Vec<String> = given.map(|(flag, _)| format!("`{flag}`")).collect();
+    if given.is_empty() {
+        return Ok(());
+    }
+    let (path, given) = (shown_path(path), given.join(" and "));
+    Err(Error::Parameter(format!(
+        "{path}: this is {kind}: leave out {given}, for coefficients of a radius only"
+    )))
+}
+
 /// Tells of a file of points.
-fn points(input: Input) -> Result<Found> {
+fn points(input: Input, reading: &SeriesReading) -> Result<Found> {
+    refuse_flags_of_series(input.path(), "points", reading)?;
     let cloud = points::read_input(input, PointOptions::default())?.0;
-    let bounds = Aabb::of_points(cloud.positions.iter().copied());
+    let bounds = Aabb::of_points(cloud.positions.iter().map(|p| reading.metres() * *p));
     let count = cloud.positions.len();
     let lines = vec![
         ("kind", "points".to_owned()),
@@ -98,18 +133,19 @@ struct Found {
 fn coefficient_file(
     mut input: Input,
     format: SeriesFormat,
-    options: &ReadOptions,
+    reading: &SeriesReading,
 ) -> Result<Found> {
     let (path, bytes) = (input.path(), input.rest()?);
-    let options = ReadOptions { format: Some(format), ..*options };
+    let options = ReadOptions { format: Some(format), ..reading.options() };
     match coefficients::parse(path, &bytes, &options) {
         Ok(shape) => {
             let convention = coefficients::convention(path, &bytes, format, &options)?;
             series(&SeriesFile { format, convention, shape })
         }
         Err(Error::Input(error)) if error.advice.as_deref() == Some(&Advice::FitSurface) => {
+            refuse_flags_of_series(path, "a parametric surface", reading)?;
             let set = spharm_pdm::parse_set(path, &bytes)?;
-            let surface = parametric_mesh(&set)?.scaled(options.unit.unwrap_or(1.0))?;
+            let surface = parametric_mesh(&set)?.scaled(reading.metres())?;
             Ok(mesh(
                 &surface,
                 &format!("parametric surface of degree {}, as a mesh", set[0].lmax()),
@@ -134,7 +170,7 @@ fn series(file: &SeriesFile) -> Result<Found> {
     let (lowest, (lower, most)) = (least(c)?, range(c)?);
     // A radius that is not positive everywhere is of no body, and has no volume.
     let solid = lowest.require_positive(most);
-    let volume = solid.is_ok().then(|| volume(c)).transpose()?;
+    let body = solid.is_ok().then(|| Measures::of_shape(shape)).transpose()?;
     let set = positions(c, shape.centre);
     let [x, y, z] = [range(&set[0])?, range(&set[1])?, range(&set[2])?];
     let (low, high) = (DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1));
@@ -151,14 +187,19 @@ fn series(file: &SeriesFile) -> Result<Found> {
         ("mean radius", format!("{} m", say::significant(c.mean(), 7))),
         ("radius", format!("certainly {least} to {largest} m")),
         ("bounds", format!("certainly within {} to {}", point(low), point(high))),
-        ("volume", volume.map_or("none".to_owned(), |v| format!("{} m3", say::significant(v, 7)))),
     ];
+    let told = |value: Option<f64>, unit: &str| {
+        value.map_or("none".to_owned(), |v| format!("{} {unit}", say::significant(v, 7)))
+    };
+    let [area, volume] = [body.map(|m| m.area), body.map(|m| m.volume)];
+    lines.extend([("area", told(area, "m2")), ("volume", told(volume, "m3"))]);
+    lines.extend(body.iter().flat_map(measures::lines));
     if let Err(error) = &solid {
         lines.push(("deficiency", format!("no closed surface: {}", advice::told(error))));
     }
     lines.extend(source.as_deref().map(|name| ("source", shown(name))));
     lines.extend(shape.truncated_from.map(|l| ("cut from", format!("degree {l}"))));
-    let value = json!({
+    let mut value = json!({
         "kind": "coefficients",
         "format": file.format.name(),
         "normalisation": file.convention.map(|c| c.normalisation.name()),
@@ -170,10 +211,12 @@ fn series(file: &SeriesFile) -> Result<Found> {
         "mean_radius": c.mean(),
         "radius_bounds": [lower, most],
         "bounds": [low.to_array(), high.to_array()],
+        "area": area,
         "volume": volume,
         "source": source,
         "truncated_from": shape.truncated_from,
     });
+    measures::put(&mut value, body.as_ref());
     let code = if solid.is_ok() { Code::Done } else { Code::BadInput };
     Ok(Found { lines, value, code })
 }
@@ -225,11 +268,14 @@ fn mesh(mesh: &Mesh, kind: &str) -> Found {
         ("closed", if report.is_closed() { "yes".into() } else { "no".into() }),
         ("components", format!("{}, Euler number {}", report.components, report.euler())),
     ];
+    // Of pieces that overlap there may be none, though it is closed.
+    let body = report.require_closed().and_then(|()| Measures::of_mesh(mesh)).ok();
+    lines.extend(body.iter().flat_map(measures::lines));
     let star = star_of(mesh, &mut lines);
     for text in &deficiencies {
         lines.push(("deficiency", text.clone()));
     }
-    let value = json!({
+    let mut value = json!({
         "kind": "mesh",
         "vertices": size[0],
         "faces": size[1],
@@ -243,5 +289,6 @@ fn mesh(mesh: &Mesh, kind: &str) -> Found {
         "star": star,
         "deficiencies": deficiencies,
     });
+    measures::put(&mut value, body.as_ref());
     Found { lines, value, code: Code::Done }
 }

@@ -6,6 +6,7 @@ mod check;
 mod common;
 mod convert;
 mod diff;
+mod evaluate;
 mod exact;
 mod falsecolor;
 mod fit;
@@ -67,6 +68,7 @@ Examples:
   harmolux sweep data/head.obj -l 4,8,16,32,64 -o out    what each degree costs and buys
   harmolux spectrum head.txt --plot                      how much each degree carries
   harmolux mesh head.txt -o head.ply                     coefficients become a mesh
+  harmolux evaluate head.txt --at 45,-120                radius and normal in a direction
   harmolux diff head.txt data/head.obj                   how far two shapes are from each other
 
 Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement or target error not \
@@ -87,6 +89,7 @@ pub(crate) enum Verb {
     Spectrum(spectrum::Spectrum),
     Diff(diff::Diff),
     Mesh(mesh::Mesh),
+    Evaluate(evaluate::Evaluate),
     Transform(Box<transform::Transform>),
     Mean(mean::Mean),
     Modes(modes::Modes),
@@ -118,6 +121,7 @@ fn main() -> ExitCode {
         Verb::Spectrum(verb) => spectrum::run(verb, arguments.json),
         Verb::Diff(verb) => diff::run(verb, arguments.json),
         Verb::Mesh(verb) => mesh::run(verb, arguments.json),
+        Verb::Evaluate(verb) => evaluate::run(verb, arguments.json),
         Verb::Transform(verb) => transform::run(verb, arguments.json),
         Verb::Mean(verb) => mean::run(verb, arguments.json),
         Verb::Modes(verb) => modes::run(verb, arguments.json),

@@ -5,6 +5,7 @@ mod bytes;
 pub mod checkpoint;
 pub mod coefficients;
 mod decimal;
+pub mod directions;
 #[cfg(test)]
 mod failing;
 #[cfg(test)]

@@ -103,16 +103,16 @@ pub(in crate::io) fn is_table(head: &[u8]) -> bool {
     Array::announced(head).is_ok_and(|array| !array.complex && array.shape.len() == 2)
 }
 
-/// Writes rows of as many numbers each as a two-dimensional array of float64, which `numpy.load`
-/// reads.
+/// Writes rows of `width` numbers each, at least 1, as a two-dimensional array of float64, which
+/// `numpy.load` reads.
 ///
 /// ```
-/// let bytes = harmolux::io::npy::rows(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+/// let bytes = harmolux::io::npy::rows(3, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
 /// assert!(bytes.starts_with(b"\x93NUMPY"));
 /// assert_eq!(bytes.len(), 128 + 6 * 8);
 /// ```
-pub fn rows<const N: usize>(rows: &[[f64; N]]) -> Vec<u8> {
-    write(&[rows.len(), N], 1, rows.as_flattened())
+pub fn rows(width: usize, numbers: &[f64]) -> Vec<u8> {
+    write(&[numbers.len() / width.max(1), width], 1, numbers)
 }
 
 /// Writes an array of f64 (`parts` 1) or of complex numbers (`parts` 2, real and imaginary part in

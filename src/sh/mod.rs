@@ -54,6 +54,7 @@ pub use rotation::rotate;
 pub use rotation_generators::rotation_derivatives;
 pub use series::{Jet, Series};
 pub use shape::{Area, PrincipalAxes, Solid, area, volume};
+pub(crate) use shape::{outer, over_surface};
 pub use spectrum::{DegreePower, Spectrum};
 pub use standard_error::StandardError;
 pub use transform::{Transform, analysis, synthesis};

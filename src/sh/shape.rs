@@ -6,8 +6,11 @@
 //! Gauss-Legendre grids are exact. The area, int f sqrt(f^2 + |grad_S f|^2), is not a polynomial;
 //! its integrand is smooth, so that the error of finer and finer grids falls geometrically.
 
-use glam::{DMat3, DVec3};
+use std::f64::consts::PI;
+
+use glam::{DMat3, DVec2, DVec3};
 use nalgebra::{Matrix3, SymmetricEigen};
+use rayon::prelude::*;
 
 use super::{Coefficients, Grid, rotation_derivatives, synthesis};
 use crate::{Error, Result};
@@ -110,10 +113,15 @@ impl Solid {
             moment += (cube * r / 4.0) * w;
             second += (cube * r * r / 5.0) * outer(w);
         }
+        Ok(Self::of_moments(volume, moment, second))
+    }
+
+    /// Makes it of the integrals of 1, x and x x^T over the body.
+    pub(crate) fn of_moments(volume: f64, moment: DVec3, second: DMat3) -> Self {
         let centroid = moment / volume;
         let inertia_about_origin = about_point(second);
         let shift = about_point(volume * outer(centroid));
-        Ok(Self { volume, centroid, inertia: inertia_about_origin - shift, inertia_about_origin })
+        Self { volume, centroid, inertia: inertia_about_origin - shift, inertia_about_origin }
     }
 
     /// Finds the principal axes of inertia about the centroid.
@@ -134,7 +142,7 @@ impl Solid {
 }
 
 /// Returns x x^T.
-fn outer(x: DVec3) -> DMat3 {
+pub(crate) fn outer(x: DVec3) -> DMat3 {
     DMat3::from_cols(x.x * x, x.y * x, x.z * x)
 }
 
@@ -158,21 +166,41 @@ const SETTLED: f64 = 1e-12;
 /// [`Error::Geometry`] when a radius is not positive; [`Error::Parameter`] for a degree too high to
 /// evaluate.
 pub fn area(f: &Coefficients) -> Result<Area> {
+    Ok(over_surface(f, SETTLED, |_| 0.0)?.0)
+}
+
+/// Returns the area, refined until it changes by less than `settled` of itself, and of the same
+/// grid the integral over the surface of a function of the place from the expansion centre.
+///
+/// # Errors
+/// As [`area`].
+pub(crate) fn over_surface(
+    f: &Coefficients,
+    settled: f64,
+    integrand: impl Fn(DVec3) -> f64 + Sync,
+) -> Result<(Area, f64)> {
     let slopes = rotation_derivatives(f);
     let mut rings = f.lmax() + 9;
-    let mut area = Area { value: area_on(f, &slopes, rings)?, error: f64::INFINITY };
+    let mut last = integrals_on(f, &slopes, rings, &integrand)?[0];
     loop {
         rings *= 2;
-        let value = area_on(f, &slopes, rings)?;
+        let [value, integral] = integrals_on(f, &slopes, rings, &integrand)?;
         let rounding = 64.0 * f64::EPSILON * value;
-        area = Area { value, error: (value - area.value).abs().max(rounding) };
-        if area.error <= SETTLED * value || 8 * rings * rings > MOST_SAMPLES {
-            return Ok(area);
+        let area = Area { value, error: (value - last).abs().max(rounding) };
+        if area.error <= settled * value || 8 * rings * rings > MOST_SAMPLES {
+            return Ok((area, integral));
         }
+        last = value;
     }
 }
 
-fn area_on(f: &Coefficients, slopes: &[Coefficients; 3], rings: usize) -> Result<f64> {
+/// Integrates 1 and a function over the surface, on one grid.
+fn integrals_on(
+    f: &Coefficients,
+    slopes: &[Coefficients; 3],
+    rings: usize,
+    integrand: &(impl Fn(DVec3) -> f64 + Sync),
+) -> Result<[f64; 2]> {
     let grid = Grid::gauss_legendre(rings, 2 * rings);
     let radii = synthesis(f, &grid)?;
     require_positive(&radii, &grid)?;
@@ -183,14 +211,27 @@ fn area_on(f: &Coefficients, slopes: &[Coefficients; 3], rings: usize) -> Result
             *square += s * s;
         }
     }
-    let samples = radii.iter().zip(&squares).enumerate();
-    Ok(samples.map(|(i, (r, s))| grid.solid_angle(i) * r * (r * r + s).sqrt()).sum())
+    let around = grid.azimuths();
+    let azimuth = |j: usize| DVec2::from_angle(2.0 * PI * j as f64 / around as f64);
+    let equator: Vec<DVec2> = (0..around).map(azimuth).collect();
+    let ring = |k: usize| {
+        let (z, s) = grid.rings()[k];
+        let samples = radii[k * around..].iter().zip(&squares[k * around..]).zip(&equator);
+        let mut sums = [0.0; 2];
+        for ((r, square), w) in samples {
+            let area = r * (r * r + square).sqrt();
+            sums[0] += area;
+            sums[1] += area * integrand(r * (s * w).extend(z));
+        }
+        sums.map(|sum| grid.solid_angle(k * around) * sum)
+    };
+    // Added up in their order: the same on any number of threads.
+    let sums: Vec<[f64; 2]> = (0..rings).into_par_iter().map(ring).collect();
+    Ok(sums.iter().fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]))
 }
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
-
     use approx::assert_relative_eq;
 
     use super::*;

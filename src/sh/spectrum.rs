@@ -70,9 +70,9 @@ impl Spectrum {
         self.degrees.iter().map(slope).sum::<f64>().sqrt()
     }
 
-    /// Returns the roughness of a shape, its RMS slope over its mean radius: the tangent of a
-    /// typical tilt of the surface against the sphere. Infinite or NaN for a mean of 0.
-    pub fn roughness(&self) -> f64 {
+    /// Returns the RMS slope over the mean radius: the tangent of a typical tilt of the surface
+    /// against the sphere. Infinite or NaN for a mean of 0.
+    pub fn relative_slope(&self) -> f64 {
         self.slope() / self.mean.abs()
     }
 }
@@ -107,7 +107,7 @@ mod tests {
             remainder: 0.0,
         };
         assert_eq!(spectrum.degrees(), [expected]);
-        assert_eq!((spectrum.deviation(), spectrum.roughness()), (0.0, 0.0));
+        assert_eq!((spectrum.deviation(), spectrum.relative_slope()), (0.0, 0.0));
     }
 
     #[test]
@@ -127,7 +127,7 @@ mod tests {
         let powers: f64 = spectrum.degrees().iter().map(|d| d.power).sum();
         assert!((powers / square - 1.0).abs() <= 2e-4);
         assert!((spectrum.slope() / slope.sqrt() - 1.0).abs() <= 2e-4);
-        assert!((spectrum.roughness() - spectrum.slope() / c.mean()).abs() <= 1e-15);
+        assert!((spectrum.relative_slope() - spectrum.slope() / c.mean()).abs() <= 1e-15);
         assert!((c.energy() / (4.0 * std::f64::consts::PI) / powers - 1.0).abs() <= 1e-14);
     }
 

@@ -39,7 +39,7 @@ const FIXTURES: [(&str, &str); 10] = [
 ];
 
 /// Text of each kind: its target and what stands in it.
-const TEXTS: [(&str, &str); 21] = [
+const TEXTS: [(&str, &str); 22] = [
     (
         "table",
         "name,normalisation,csphase,centre_x_m,C0_0_m,C1_0_m,C1_1_m,S1_1_m\n\
@@ -110,6 +110,7 @@ const TEXTS: [(&str, &str); 21] = [
          gfc 0 0 1.0D+00 0\ngfct 1 1 0.1 0.2 0 0 20050101\ngfc 1 0 0.5 0 1e-3 0\n",
     ),
     ("csv", "degree,power_m2\n0,1.5\n1,0.25\n2,1e-3\n"),
+    ("csv", "latitude,longitude\n45,-120\n-90,0\n"),
     (
         "csv",
         "group,x_m,y_m,z_m,normal_x,normal_y,normal_z,illuminance_lx,behind\n\
@@ -181,7 +182,7 @@ pub(crate) fn all(package: &Path) -> Result<Vec<Seed>, Box<dyn std::error::Error
     shapes(&mut seeds)?;
     octahedra(&mut seeds)?;
     pictures(&mut seeds)?;
-    seeds.push(("points", "rows".into(), rows(&[[1.0, 0.0, 0.0, 9.0], [0.0, 1.0, 0.0, 9.0]])));
+    seeds.push(("points", "rows".into(), rows(4, &[1.0, 0.0, 0.0, 9.0, 0.0, 1.0, 0.0, 9.0])));
     seeds.push(("fits", "healpy".into(), healpy_table()));
     let rays: [f64; 8] = [0.0, 0.0, 3.0, 0.1, 0.0, -1.0, 0.0, f64::INFINITY];
     seeds.push(("rays", "ray".into(), rays.iter().flat_map(|x| x.to_le_bytes()).collect()));

@@ -18,7 +18,7 @@ use harmolux::io::coefficients::{
 use harmolux::io::images::Exr;
 use harmolux::io::points::{self, PointOptions};
 use harmolux::io::scene_file::SceneFile;
-use harmolux::io::{meshes, rays, sensor_table, spectra};
+use harmolux::io::{directions, meshes, rays, sensor_table, spectra};
 use harmolux::math::Ray;
 use harmolux::sh::{Coefficients, Convention};
 use harmolux::surface::{Intersector, ShSurface, StepBisection, Surface};
@@ -179,9 +179,10 @@ fn scene(data: &[u8]) {
     bounded(data, PER_BYTE, |_| drop(SceneFile::parse(at("scene.toml"), text, &[])));
 }
 
-/// Reads tables of sensors and of spectra.
+/// Reads tables of sensors, of spectra and of directions.
 fn tables(data: &[u8]) {
     bounded(data, PER_BYTE_OF_OTHERS, |data| {
+        drop(directions::parse(at("a.csv"), data));
         drop(sensor_table::parse(at("a.csv"), data, "illuminance_lx"));
         drop(spectra::parse(at("a.csv"), data));
     });

@@ -289,7 +289,7 @@ fn points_of_every_kind_are_the_same() {
     let compared = rows(&|[x, y, z]| format!("{x},{y},{z},0.5,0.5,0.5\n"));
     desk.put("compare.csv", format!("//X,Y,Z,Rf,Gf,Bf\n{compared}"));
     desk.put("cloud.ply", header.to_owned() + &rows(&|[x, y, z]| format!("9 {x} {y} {z}\n")));
-    desk.put("rows.npy", harmolux::io::npy::rows(&points));
+    desk.put("rows.npy", harmolux::io::npy::rows(3, points.as_flattened()));
     let expected = desk.json("a.xyz -l 4 -o a.txt");
     for name in [
         "normals.txt",

@@ -17,6 +17,7 @@ mod cli_illum;
 #[cfg(unix)]
 mod cli_inputs;
 mod cli_many;
+mod cli_measures;
 mod cli_render;
 mod cli_shapes;
 #[cfg(unix)]

@@ -83,6 +83,11 @@ pub(crate) struct SeriesReading {
 }
 
 impl SeriesReading {
+    /// Returns how many metres the unit has that was said; 1 where none was.
+    pub(crate) fn metres(&self) -> f64 {
+        self.unit.map_or(1.0, Unit::metres)
+    }
+
     /// Returns what is said of the file.
     pub(crate) fn options(&self) -> ReadOptions {
         ReadOptions {

@@ -9,6 +9,7 @@ pub(crate) mod growing;
 pub(crate) mod idle;
 pub(crate) mod inputs;
 pub(crate) mod interrupt;
+pub(crate) mod measures;
 pub(crate) mod paths;
 pub(crate) mod plot;
 pub(crate) mod progress;

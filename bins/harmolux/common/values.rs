@@ -28,6 +28,19 @@ pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
+/// Reads a value of the command line: the numbers of latitudes and longitudes of a grid.
+pub(crate) fn grid(text: &str) -> Result<[usize; 2], String> {
+    let parts = text.split_once(['x', 'X']).map(|(a, b)| (a.parse(), b.parse()));
+    match parts {
+        Some((Ok(latitudes @ 2..=65_536), Ok(longitudes @ 1..=65_536))) => {
+            Ok([latitudes, longitudes])
+        }
+        _ => Err("write latitudes x longitudes, at least the 2 poles and 1 longitude and each at \
+                  most 65536, such as 181x360"
+            .to_owned()),
+    }
+}
+
 /// Reads a value of the command line.
 pub(crate) fn point(text: &str) -> Result<DVec3, String> {
     numbers(text)

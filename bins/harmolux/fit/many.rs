@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use harmolux::error::shown;
+use harmolux::fit::Measures;
 use harmolux::io::input::FilesRead;
 use harmolux::io::tables::{Cell, Table};
 use harmolux::math::EulerAngles;
@@ -18,7 +19,7 @@ use crate::common::growing::{GrowingTable, KEY, key};
 use crate::common::inputs::files;
 use crate::common::progress::Meter;
 use crate::common::shape_file;
-use crate::common::{folders, interrupt, say};
+use crate::common::{folders, interrupt, measures, say};
 use crate::fit::report::warnings;
 use crate::fit::rows::ShapeRows;
 use crate::fit::{Done, Fit, Fitted, ProjectionName, Reference, fit_file, settings};
@@ -222,7 +223,9 @@ fn columns(verb: &Fit) -> Table {
         "folded_share",
     ];
     let turn = if verb.align_to.is_some() { &TURN[..] } else { &[] };
-    Table::new([&errors[..], turn, &["seconds", "warning", "error", KEY]].concat())
+    Table::new(
+        [&errors[..], &measures::COLUMNS, turn, &["seconds", "warning", "error", KEY]].concat(),
+    )
 }
 
 fn cells(
@@ -233,6 +236,7 @@ fn cells(
 ) -> Vec<Cell> {
     let verb = asked.verb;
     let mut cells = vec![name_of(mesh), Cell::Whole(verb.degree.into())];
+    let body = fitted.ok().and_then(|done| Measures::of_shape(&done.shape()).ok());
     match fitted.map(|done| &done.fitted) {
         Ok(Fitted::Mesh(fit)) => {
             let error = &fit.error;
@@ -256,10 +260,21 @@ fn cells(
             cells.extend(fit.centre.to_array().map(Cell::Number));
             cells.push(Cell::Empty);
             cells.extend([fit.coefficients.mean(), fit.rms, fit.max].map(Cell::Number));
-            cells.extend(vec![Cell::Empty; 7]);
+            let [volume, area] = [body.map(|m| m.volume), body.map(|m| m.area)].map(Cell::from);
+            let none = Cell::Empty;
+            cells.extend([
+                none.clone(),
+                none.clone(),
+                volume,
+                none.clone(),
+                area,
+                none.clone(),
+                none,
+            ]);
         }
         Err(_) => cells.extend(vec![Cell::Empty; 14]),
     }
+    cells.extend(measures::cells(body.as_ref()));
     if asked.reference.is_some() {
         let turn = fitted.ok().and_then(|done| done.turn).map(|turn| turn.euler());
         let angles = |e: EulerAngles| [e.alpha, e.beta, e.gamma].map(f64::to_degrees);

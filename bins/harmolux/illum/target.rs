@@ -70,7 +70,9 @@ impl IllumTarget {
         stage: Stage,
     ) -> Result<()> {
         match self {
-            Self::Array(mut output) => output.write_at(stage, &npy::rows(&rows(table))),
+            Self::Array(mut output) => {
+                output.write_at(stage, &npy::rows(COLUMNS.len(), rows(table).as_flattened()))
+            }
             Self::Map(target) => target.write(groups, stage),
             Self::Other(target) => target.write(table, figure, stage),
         }

@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn rows_of_any_width_and_order_are_read() {
-        let five = npy::rows(&[[1.0, 2.0, 3.0, 0.5, 9.0], [4.0, 5.0, 6.0, 0.0, 9.0]]);
+        let five = npy::rows(5, &[1.0, 2.0, 3.0, 0.5, 9.0, 4.0, 5.0, 6.0, 0.0, 9.0]);
         let expected = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)];
         assert!(is_rows(&five));
         let plain = read(&five, false).expect("points");
@@ -82,7 +82,7 @@ mod tests {
             let message = read(&bytes, false).expect_err("refused").to_string();
             assert!(message.contains(expected), "{message}");
         }
-        let bytes = npy::rows(&[[1.0, 2.0, 3.0]]);
+        let bytes = npy::rows(3, &[1.0, 2.0, 3.0]);
         assert!(read(&bytes, true).expect_err("refused").to_string().contains("no weights here"));
     }
 }
