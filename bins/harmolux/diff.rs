@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
+use harmolux::error::shown_path;
 use harmolux::io::meshes::{MeshColours, MeshFormat, encode_ply};
 use harmolux::io::output::Output;
 use harmolux::io::tables::{Cell, Table};
@@ -20,7 +21,7 @@ use crate::common::progress::Meter;
 use crate::common::subject::Read;
 use crate::common::target::write_all;
 use crate::common::values::{length, point};
-use crate::common::{paths, say};
+use crate::common::{idle, paths, say};
 
 /// Measure how far two shapes or meshes are from each other
 ///
@@ -46,12 +47,9 @@ pub(crate) struct Diff {
     /// quarter of the tolerance]
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(crate) width: Option<f64>,
-    /// The centre about which the radii of two meshes are compared, metres
-    #[arg(
-        long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true,
-        default_value = "0,0,0"
-    )]
-    pub(crate) centre: DVec3,
+    /// The centre about which the radii of two meshes are compared, metres [default: 0,0,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub(crate) centre: Option<DVec3>,
     /// Write the numbers as a table
     #[arg(short, long, value_name = "FILE.csv")]
     pub(crate) output: Option<PathBuf>,
@@ -79,9 +77,10 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     let meter = Meter::start("reading the shapes");
     let [a, b] = [&verb.a, &verb.b].map(|path| Read::open(path, &verb.series, &verb.mesh));
     let (a, b) = (a?, b?);
+    refuse_idle_flags(verb, [&a, &b])?;
     let settings = CompareSettings {
         width: verb.width.or(verb.tolerance.map(|t| 0.25 * t)),
-        centre: verb.centre,
+        centre: verb.centre.unwrap_or_default(),
     };
     meter.stage("comparing the shapes");
     let ready = Pair::new(a.subject(), b.subject(), &settings);
@@ -100,6 +99,25 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     }
     written?;
     Ok(judge(verb, &found.hausdorff, met))
+}
+
+/// Refuses what is said of meshes where there are none, or of series.
+fn refuse_idle_flags(verb: &Diff, both: [&Read; 2]) -> Result<()> {
+    let is_series = both.map(|read| matches!(read, Read::Series(_)));
+    let refuse = |why: &str, flags: &[(bool, &str)]| {
+        let (a, b) = (shown_path(&verb.a), shown_path(&verb.b));
+        idle::refuse(&format!("{a} and {b}: {why}"), flags)
+    };
+    match is_series {
+        [false, false] => refuse("there are no coefficients here", &verb.series.given()),
+        [true, true] => refuse("there is no mesh here", &verb.mesh.given()),
+        _ => Ok(()),
+    }?;
+    if is_series.contains(&true) {
+        let centre = [(verb.centre.is_some(), "--centre")];
+        refuse("radii are compared about the centre of the series", &centre)?;
+    }
+    Ok(())
 }
 
 fn judge(verb: &Diff, hausdorff: &Hausdorff, met: Option<bool>) -> Code {

@@ -173,8 +173,8 @@ pub(crate) fn run(verb: &Evaluate, as_json: bool) -> Result<Code> {
 
 fn table(points: &[SurfacePoint]) -> Result<Table> {
     let advice = "evaluate fewer, or write an array, .npy";
-    let (count, bytes) = (points.len(), (points.len() * ROW) as f64);
-    memory::ask(bytes, format_args!("a table of {count} points"), memory::fewer(count, advice))?;
+    let count = points.len();
+    memory::ask_each(count, ROW as f64, format_args!("a table of {count} points"), advice)?;
     let mut table = Table::new(COLUMNS);
     for point in points {
         table.push(row(point).map(Cell::Number));

@@ -22,7 +22,7 @@ use crate::common::flags::SeriesReading;
 use crate::common::inputs::{holds_points, read_surface, series_format};
 use crate::common::progress::Meter;
 use crate::common::say::{self, point};
-use crate::common::{advice, measures};
+use crate::common::{advice, idle, measures};
 
 /// Say what a mesh, coefficient or point file holds
 ///
@@ -88,22 +88,8 @@ fn is_cloud(input: &mut Input) -> Result<bool> {
 
 /// Refuses what is said of coefficients where a file holds none.
 fn refuse_flags_of_series(path: &Path, kind: &str, reading: &SeriesReading) -> Result<()> {
-    let habits = &reading.habits;
-    let flags = [
-        ("--normalisation", habits.normalisation.is_some()),
-        ("--csphase", habits.csphase.is_some()),
-        ("--add-radius", reading.add_radius.is_some()),
-        ("--row", reading.row.is_some()),
-    ];
-    let given = flags.iter().filter(|(_, given)| *given);
-    let given: Vec<String> = given.map(|(flag, _)| format!("`{flag}`")).collect();
-    if given.is_empty() {
-        return Ok(());
-    }
-    let (path, given) = (shown_path(path), given.join(" and "));
-    Err(Error::Parameter(format!(
-        "{path}: this is {kind}: leave out {given}, for coefficients of a radius only"
-    )))
+    let why = format!("{}: this is {kind}, not coefficients of a radius", shown_path(path));
+    idle::refuse(&why, &reading.of_series())
 }
 
 /// Tells of a file of points.

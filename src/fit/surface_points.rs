@@ -128,9 +128,8 @@ pub fn surface_points(shape: &Shape, places: &[LatLong]) -> Result<Vec<SurfacePo
 
 /// Asks for the memory of many points.
 fn ask<T>(count: usize) -> Result<()> {
-    let bytes = count as f64 * size_of::<T>() as f64;
-    let advice = "evaluate fewer at once";
-    memory::ask(bytes, format_args!("{count} points"), memory::fewer(count, advice))
+    let each = size_of::<T>() as f64;
+    memory::ask_each(count, each, format_args!("{count} points"), "evaluate fewer at once")
 }
 
 #[cfg(test)]

@@ -2,14 +2,25 @@
 //! written, or is refused.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use rayon::prelude::*;
 
 use crate::common::desk::Desk;
-use crate::golden::transcript;
+use crate::golden::{self, transcript};
 
 /// Commands to which flags are added, one for each kind of input that a verb tells apart.
-const COMMANDS: [&str; 30] = [
+const COMMANDS: [&str; 41] = [
+    "exact sobolev",
+    "exact sphere",
+    "exact cap",
+    "exact concentric",
+    "exact planes",
+    "exact room",
+    "exact cie171-5.4",
+    "exact cie171-5.5",
+    "probe room.toml --quick < rays.txt",
+    "probe room.toml --quick -I < rays.txt",
     "render room.toml --quick -o x.exr",
     "illum room.toml --quick",
     "falsecolor view.exr -o x.svg",
@@ -29,6 +40,7 @@ const COMMANDS: [&str; 30] = [
     "convert stone.obj x.ply",
     "convert small.hxc x.txt",
     "convert rock.txt x.hxc",
+    "evaluate small.hxc --grid 3x4",
     "sweep stone.obj -l 2,3 -o d",
     "spectrum rock.txt",
     "diff small.hxc stone.obj",
@@ -48,8 +60,27 @@ const BEFORE: &str = "fit stone.obj -l 3 -o small.hxc; \
     render room.toml --quick --size 8x6 -o view.exr; illum room.toml --quick -o lux.csv";
 
 /// A value of each flag that has one, another than its default.
-const VALUES: [(&str, &str); 59] = [
-    ("-D", "materials.clay.lambert.reflectance=0.31"),
+const VALUES: [(&str, &str); 79] = [
+    ("-D", "lights.lamp.point.intensity=31"),
+    ("--area", "7"),
+    ("--angles", "20"),
+    ("--boundary", "0.1"),
+    ("--distances", "1,2"),
+    ("--edge", "2"),
+    ("--emission", "1,3"),
+    ("--flux", "70"),
+    ("--fraction", "0.3"),
+    ("--gap", "3"),
+    ("--grid", "4x5"),
+    ("--height", "1.5"),
+    ("--intensity", "7"),
+    ("--internal", "0.5"),
+    ("--offset", "0.1"),
+    ("--orders", "3"),
+    ("--plane", "upper"),
+    ("--points", "rays.txt"),
+    ("--reflectance", "0.31"),
+    ("--width", "0.0123"),
     ("--add-radius", "2"),
     ("--align-to", "rock.txt"),
     ("--angle", "30"),
@@ -87,6 +118,7 @@ const VALUES: [(&str, &str); 59] = [
     ("--not-star", "first"),
     ("--not-star-limit", "1"),
     ("--oversampling", "7"),
+    ("--output", "other"),
     ("--palette", "magma"),
     ("--power-law", "rms=0.2,exponent=3"),
     ("--projection", "grid"),
@@ -109,3 +141,84 @@ const VALUES: [(&str, &str); 59] = [
     ("--up", "x"),
     ("--weld", "0.001"),
 ];
+
+/// What does nothing with a command, and why that is right.
+const SAME: [(&str, &str, &str); 1] =
+    [("falsecolor lux.csv -o x.svg", "--lines", "a grid has isolines always, as the help says")];
+
+/// What other tests look at: how a run is made, not of what.
+const ELSEWHERE: [&str; 6] =
+    ["--threads", "--max-memory", "--json", "--help", "--version", "--force"];
+
+#[test]
+fn no_verb_ignores_a_flag() {
+    let before = inputs();
+    let said = |command: &str| {
+        let desk = Desk::new();
+        for (name, bytes) in &before {
+            desk.put(name, bytes);
+        }
+        let said = transcript(&desk, command);
+        said.split_once('\n').expect("the command comes first").1.to_owned()
+    };
+    let help = Desk::new();
+    let idle = COMMANDS.par_iter().flat_map_iter(|command| {
+        let plain = said(command);
+        let words = if command.starts_with("exact") { 2 } else { 1 };
+        let verb = command.split(' ').take(words);
+        let flags = flags(&help.done(verb.chain(["--help"]).collect::<Vec<_>>()).out);
+        let added = flags.into_iter().filter(|flag| !given(command, flag));
+        let (start, input) = command.split_once(" < ").map_or((*command, ""), |c| c);
+        let with = |with: String| match input {
+            "" => format!("{start} {with}"),
+            input => format!("{start} {with} < {input}"),
+        };
+        let all = added.map(with_value).map(with);
+        all.filter(|line| said(line) == plain).collect::<Vec<_>>()
+    });
+    let is_right =
+        |line: &String| SAME.iter().any(|(command, flag, _)| *line == format!("{command} {flag}"));
+    let (right, wrong): (Vec<_>, Vec<_>) = idle.collect::<Vec<_>>().into_iter().partition(is_right);
+    assert_eq!(wrong, Vec::<String>::new(), "flags that do nothing");
+    assert_eq!(right.len(), SAME.len(), "some of SAME do something");
+}
+
+/// Makes all files that the commands read.
+fn inputs() -> BTreeMap<String, Vec<u8>> {
+    let desk = golden::desk();
+    transcript(&desk, BEFORE);
+    let files = desk.content().into_iter().filter(|(path, _)| path.is_file());
+    let name = |path: PathBuf| path.file_name().expect("a file").to_string_lossy().into_owned();
+    files.map(|(path, bytes)| (name(path), bytes)).collect()
+}
+
+/// Lists the flags of a help, by their long names where they have one.
+fn flags(help: &str) -> Vec<String> {
+    let lines = help.lines().filter(|line| line.len() - line.trim_start().len() <= 6);
+    let flags = lines.filter_map(|line| {
+        let mut names = line.split_whitespace().take_while(|word| word.starts_with('-'));
+        let first = names.next()?;
+        let last = names.next().unwrap_or(first);
+        let end = last.find(['[', '=']).unwrap_or(last.len());
+        Some(last[..end].trim_end_matches(',').to_owned())
+    });
+    flags.filter(|flag| !ELSEWHERE.contains(&flag.as_str())).collect()
+}
+
+/// Whether a command has a flag already.
+fn given(command: &str, flag: &str) -> bool {
+    let short = match flag {
+        "--output" => "-o",
+        "--degree" | "--degrees" => "-l",
+        _ => flag,
+    };
+    command.split(' ').any(|word| word == flag || word == short)
+}
+
+/// Puts a value behind a flag that takes one.
+fn with_value(flag: String) -> String {
+    match VALUES.iter().find(|(name, _)| *name == flag) {
+        Some((_, value)) => format!("{flag} {value}"),
+        None => flag,
+    }
+}

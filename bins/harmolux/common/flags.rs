@@ -43,6 +43,17 @@ pub(crate) struct MeshHabits {
     pub(crate) repairs: Repairs,
 }
 
+impl MeshHabits {
+    /// Lists what is said, and whether it is.
+    pub(crate) fn given(&self) -> [(bool, &'static str); 3] {
+        [
+            (self.unit != Unit::default(), "--unit"),
+            (self.up != UpAxis::default(), "--up"),
+            (self.repairs.repair, "--repair"),
+        ]
+    }
+}
+
 /// How a coefficient file that does not say it is meant
 #[derive(Debug, Args)]
 pub(crate) struct SeriesHabits {
@@ -56,6 +67,12 @@ pub(crate) struct SeriesHabits {
 }
 
 impl SeriesHabits {
+    /// Lists what is said, and whether it is.
+    pub(crate) fn given(&self) -> [(bool, &'static str); 2] {
+        let (normalisation, csphase) = (self.normalisation.is_some(), self.csphase.is_some());
+        [(normalisation, "--normalisation"), (csphase, "--csphase")]
+    }
+
     /// Returns the convention that was stated, if any.
     pub(crate) fn convention(&self) -> Option<Convention> {
         let phase = self.csphase.unwrap_or_default();
@@ -83,6 +100,17 @@ pub(crate) struct SeriesReading {
 }
 
 impl SeriesReading {
+    /// Lists what is said of coefficients alone, and whether it is.
+    pub(crate) fn of_series(&self) -> [(bool, &'static str); 4] {
+        let [normalisation, csphase] = self.habits.given();
+        [
+            normalisation,
+            csphase,
+            (self.add_radius.is_some(), "--add-radius"),
+            (self.row.is_some(), "--row"),
+        ]
+    }
+
     /// Returns how many metres the unit has that was said; 1 where none was.
     pub(crate) fn metres(&self) -> f64 {
         self.unit.map_or(1.0, Unit::metres)

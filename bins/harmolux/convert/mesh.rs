@@ -62,11 +62,8 @@ fn convert(verb: &Convert, as_json: bool) -> Result<Code> {
 /// Rejects what has no meaning for a mesh.
 fn check_options(verb: &Convert) -> Result<()> {
     let reading = &verb.reading;
-    let meant_for_coefficients = [
+    let of_series = [
         (reading.from.is_some(), "--from"),
-        (reading.habits.normalisation.is_some(), "--normalisation"),
-        (reading.row.is_some(), "--row"),
-        (reading.add_radius.is_some(), "--add-radius"),
         (verb.to_normalisation.is_some(), "--to-normalisation"),
         (verb.to_csphase.is_some(), "--to-csphase"),
         (verb.degree.is_some(), "--degree"),
@@ -74,5 +71,5 @@ fn check_options(verb: &Convert) -> Result<()> {
     ];
     let name = verb.output.display();
     let why = format!("{name}: this is the name of a mesh, not of coefficients");
-    idle::refuse(&why, &meant_for_coefficients)
+    idle::refuse(&why, &[&reading.of_series()[..], &of_series[..]].concat())
 }

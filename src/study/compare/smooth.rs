@@ -163,7 +163,7 @@ impl Smooth {
                 (foot, normal) = (next, there);
             }
             // NaN is no gain either.
-            if !(gain > GAIN * self.bend) {
+            if gain.is_nan() || gain <= GAIN * self.bend {
                 break;
             }
         }
