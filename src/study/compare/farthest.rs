@@ -299,7 +299,7 @@ impl<'a> Search<'a> {
         memory::ask(BYTES * split.len() as f64, "", |_| String::new())
             .map_err(|_| Limit::Memory)?;
         let first = self.vertices.len() as u32;
-        let middles: Vec<Vertex> = edges.par_iter().map(|edge| self.middle(edge)).collect();
+        let middles: Vec<Vertex> = edges.par_iter().map(|edge| self.middle(*edge)).collect();
         self.vertices.extend(middles);
         let middle = |edge: [u32; 2]| first + edges.partition_point(|e| *e < edge) as u32;
         let quarters = |piece: &Piece| {
@@ -314,7 +314,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn middle(&self, edge: &[u32; 2]) -> Vertex {
+    fn middle(&self, edge: [u32; 2]) -> Vertex {
         let [a, b] = edge.map(|v| &self.vertices[v as usize]);
         match &self.from.smooth {
             Some(smooth) => {

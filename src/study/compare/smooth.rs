@@ -162,8 +162,7 @@ impl Smooth {
             if gain > 0.0 {
                 (foot, normal) = (next, there);
             }
-            // NaN is no gain either.
-            if !(gain > GAIN * self.bend) {
+            if gain.is_nan() || gain <= GAIN * self.bend {
                 break;
             }
         }
