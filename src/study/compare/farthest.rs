@@ -6,7 +6,8 @@
 //!
 //! * the largest distance of a vertex from its foot, and what either series bends away from the
 //!   triangles of vertices and of feet (`smooth`); when the other is a mesh, the largest distance
-//!   of a vertex from one of its faces, a convex function, and what the series bends away;
+//!   of a vertex from one of its faces, a convex function, and what the series bends away, the
+//!   faces tried being those nearest to the vertices and to the middle;
 //! * the distance of a vertex from its foot and the way to it: distance is 1-Lipschitz;
 //! * of two series about one centre, the difference of their radii.
 //!
@@ -196,16 +197,29 @@ impl<'a> Search<'a> {
             Some(smooth) => {
                 most(&|v| v.foot.distance) + smooth.bulge(corners.map(|v| v.foot.direction))
             }
-            None => least(&|of| {
-                let face = self.onto.mesh().corners(of.foot.face as usize);
-                most(&|v| v.point.distance(nearest_on_triangle(v.point, face)))
-            }),
+            None => self.bound_by_faces(corners),
         };
         let bulge = self.from.smooth.as_ref().map_or(0.0, |smooth| smooth.bulge(directions));
         let upper = least(&reach).min(over) + bulge + self.rounding;
         self.apart.map_or(upper, |apart| {
             upper.min(most(&|v| v.apart) + apart.curvature * spread(directions) + apart.rest)
         })
+    }
+
+    /// Bounds the distance of a flat triangle from a mesh by the faces nearest to its corners and
+    /// its middle.
+    fn bound_by_faces(&self, corners: [&Vertex; 3]) -> f64 {
+        let from = |face: u32| {
+            let face = self.onto.mesh().corners(face as usize);
+            let distances = corners.map(|v| v.point.distance(nearest_on_triangle(v.point, face)));
+            distances.into_iter().fold(0.0, f64::max)
+        };
+        let upper = corners.map(|v| from(v.foot.face)).into_iter().fold(f64::INFINITY, f64::min);
+        if upper <= self.lower {
+            return upper;
+        }
+        let middle = corners.map(|v| v.point).into_iter().sum::<DVec3>() / 3.0;
+        upper.min(from(self.onto.tree.nearest(middle).face))
     }
 
     /// Raises the lower bound by the vertices that are farthest.

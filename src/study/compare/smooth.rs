@@ -162,7 +162,6 @@ impl Smooth {
             if gain > 0.0 {
                 (foot, normal) = (next, there);
             }
-            // NaN is no gain either.
             if gain.is_nan() || gain <= GAIN * self.bend {
                 break;
             }
