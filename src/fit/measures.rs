@@ -49,8 +49,8 @@ impl Measures {
     /// less than that (or up to 2^24 samples).
     ///
     /// # Errors
-    /// [`Error::Geometry`] when a radius is not positive; [`Error::Parameter`] for a degree too high
-    /// to evaluate.
+    /// [`Error::Geometry`] when a radius is not positive; [`Error::Parameter`] for a degree too
+    /// high to evaluate.
     pub fn of_shape(shape: &Shape) -> Result<Self> {
         let solid = Solid::of(&shape.coefficients)?;
         let form = Ellipsoid::of(&solid)?;
@@ -59,8 +59,8 @@ impl Measures {
         Ok(form.measures(&solid, shape.centre, area.value, squares))
     }
 
-    /// Measures the body inside a closed mesh, exactly but for rounding; the roughness by quadrature
-    /// on the faces, to about a millionth of the size.
+    /// Measures the body inside a closed mesh, exactly but for rounding; the roughness by
+    /// quadrature on the faces, to about a millionth of the size.
     ///
     /// ```
     /// use glam::DVec3;
