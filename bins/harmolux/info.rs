@@ -27,11 +27,11 @@ use crate::common::{advice, idle, measures};
 /// Say what a mesh, coefficient or point file holds
 ///
 /// Lengths are printed in metres, areas in m2, volumes in m3: `--unit` says what the numbers of the
-/// file are in. A body, of coefficients or inside a closed mesh, has its measures: sphericity is the
-/// area of the ball of its volume over its own (Wadell); elongation b/a and flatness c/b (Zingg) are
-/// of the semi-axes a >= b >= c of the ellipsoid that has its volume and, in ratio, its moments of
-/// inertia; roughness is the RMS distance of the surface from that ellipsoid, along rays from the
-/// centroid, over the area.
+/// file are in. A body, of coefficients or inside a closed mesh, has its measures: sphericity is
+/// the area of the ball of its volume over its own (Wadell); elongation b/a and flatness c/b
+/// (Zingg) are of the semi-axes a >= b >= c of the ellipsoid that has its volume and, in ratio, its
+/// moments of inertia; roughness is the RMS distance of the surface from that ellipsoid, along rays
+/// from the centroid, over the area.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux info head.obj --unit mm
