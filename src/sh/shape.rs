@@ -124,7 +124,8 @@ impl Solid {
         Self { volume, centroid, inertia: inertia_about_origin - shift, inertia_about_origin }
     }
 
-    /// Finds the principal axes of inertia about the centroid.
+    /// Finds the principal axes of inertia about the centroid; the largest component of the first
+    /// two is positive.
     pub fn principal_axes(&self) -> PrincipalAxes {
         let columns = self.inertia.to_cols_array();
         let eigen = SymmetricEigen::new(Matrix3::from_column_slice(&columns));
@@ -132,7 +133,8 @@ impl Solid {
         order.sort_by(|&i, &j| eigen.eigenvalues[i].total_cmp(&eigen.eigenvalues[j]));
         let [x, y, _] = order.map(|i| {
             let v = eigen.eigenvectors.column(i);
-            DVec3::new(v[0], v[1], v[2]).normalize_or_zero()
+            let axis = DVec3::new(v[0], v[1], v[2]).normalize_or_zero();
+            axis * axis[axis.abs().max_position()].signum()
         });
         PrincipalAxes {
             moments: order.map(|i| eigen.eigenvalues[i]),
