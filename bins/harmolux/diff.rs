@@ -25,9 +25,9 @@ use crate::common::{paths, say};
 /// Measure how far two shapes or meshes are from each other
 ///
 /// The Hausdorff distance, and how far either is from the other, are intervals that certainly hold
-/// them, for the smooth surface of coefficients too; a smaller --width never gives a wider one. Exit
-/// code 4 when it could not be had. The radial difference exists about one centre only; normals are
-/// compared at nearest points.
+/// them, for the smooth surface of coefficients too; a smaller --width never gives a wider one.
+/// Exit code 4 when it could not be had. The radial difference exists about one centre only;
+/// normals are compared at nearest points.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux diff head.txt head.obj                     what the fit lost
