@@ -113,7 +113,10 @@ fn judge(verb: &Diff, hausdorff: &Hausdorff, met: Option<bool>) -> Code {
         ));
         code = Code::NotMet;
     }
-    if let Some(limit) = hausdorff.limit() {
+    // A width that stands for the tolerance alone has served when that is decided.
+    let is_above = verb.tolerance.is_some_and(|tolerance| hausdorff.lower > tolerance);
+    let is_decided = verb.width.is_none() && (met == Some(true) || is_above);
+    if let Some(limit) = hausdorff.limit().filter(|_| !is_decided) {
         let widest = hausdorff.one_sided.map(|p| p.upper - p.lower).into_iter().fold(0.0, f64::max);
         let [widest, width] = [widest, hausdorff.width].map(|x| say::significant(x, 2));
         let why = why_wide(limit);
