@@ -26,9 +26,9 @@ use crate::common::{idle, paths, say};
 /// Measure how far two shapes or meshes are from each other
 ///
 /// The Hausdorff distance, and how far either is from the other, are intervals that certainly hold
-/// them, for the smooth surface of coefficients too; a smaller --width never gives a wider one. Exit
-/// code 4 when it could not be had. The radial difference exists about one centre only; normals are
-/// compared at nearest points.
+/// them, for the smooth surface of coefficients too; a smaller --width never gives a wider one.
+/// Exit code 4 when it could not be had. The radial difference exists about one centre only;
+/// normals are compared at nearest points.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux diff head.txt head.obj                     what the fit lost
@@ -131,7 +131,10 @@ fn judge(verb: &Diff, hausdorff: &Hausdorff, met: Option<bool>) -> Code {
         ));
         code = Code::NotMet;
     }
-    if let Some(limit) = hausdorff.limit() {
+    // A width that stands for the tolerance alone has served when that is decided.
+    let is_above = verb.tolerance.is_some_and(|tolerance| hausdorff.lower > tolerance);
+    let is_decided = verb.width.is_none() && (met == Some(true) || is_above);
+    if let Some(limit) = hausdorff.limit().filter(|_| !is_decided) {
         let widest = hausdorff.one_sided.map(|p| p.upper - p.lower).into_iter().fold(0.0, f64::max);
         let [widest, width] = [widest, hausdorff.width].map(|x| say::significant(x, 2));
         let why = why_wide(limit);
