@@ -251,7 +251,7 @@ fn mesh_becomes_a_mesh() {
         assert!((1e6 * found / volume - 1.0).abs() <= digits, "{name}: {found}");
     }
     desk.refused("convert rock.txt b.ply", &["these are coefficients", "harmolux mesh"]);
-    desk.refused("convert a.txt b.ply -l 4", &["`--degree` is for coefficients"]);
+    desk.refused("convert a.txt b.ply -l 4", &["not of coefficients: leave out `--degree`"]);
     desk.refused("convert a.txt b.off", &["meshes are written as .obj, .ply or .stl"]);
     desk.refused("convert a.txt b.txt", &["unrecognised coefficient file", "harmolux fit"]);
 }

@@ -19,8 +19,8 @@ const COMMANDS: [&str; 41] = [
     "exact room",
     "exact cie171-5.4",
     "exact cie171-5.5",
-    "probe room.toml --quick < rays.txt",
-    "probe room.toml --quick -I < rays.txt",
+    "rays.txt < probe room.toml --quick",
+    "rays.txt < probe room.toml --quick -I",
     "render room.toml --quick -o x.exr",
     "illum room.toml --quick",
     "falsecolor view.exr -o x.svg",
@@ -165,15 +165,11 @@ fn no_verb_ignores_a_flag() {
     let idle = COMMANDS.par_iter().flat_map_iter(|command| {
         let plain = said(command);
         let words = if command.starts_with("exact") { 2 } else { 1 };
-        let verb = command.split(' ').take(words);
+        let verb = command.split_once(" < ").map_or(*command, |(_, verb)| verb);
+        let verb = verb.split(' ').take(words);
         let flags = flags(&help.done(verb.chain(["--help"]).collect::<Vec<_>>()).out);
         let added = flags.into_iter().filter(|flag| !given(command, flag));
-        let (start, input) = command.split_once(" < ").map_or((*command, ""), |c| c);
-        let with = |with: String| match input {
-            "" => format!("{start} {with}"),
-            input => format!("{start} {with} < {input}"),
-        };
-        let all = added.map(with_value).map(with);
+        let all = added.map(|flag| format!("{command} {}", with_value(flag)));
         all.filter(|line| said(line) == plain).collect::<Vec<_>>()
     });
     let is_right =
