@@ -34,7 +34,7 @@ const COMMANDS: [&str; 41] = [
     "info rock.txt",
     "info small.hxc",
     "info points.xyz",
-    "info cells.csv",
+    "info cells.csv --row 1",
     "info skull.coef",
     "convert rock.txt x.npy",
     "convert stone.obj x.ply",
@@ -44,20 +44,22 @@ const COMMANDS: [&str; 41] = [
     "sweep stone.obj -l 2,3 -o d",
     "spectrum rock.txt",
     "diff small.hxc stone.obj",
-    "mesh small.hxc -o x.obj",
+    "mesh rock.txt -o x.obj",
     "transform small.hxc -o x.txt",
     "mean small.hxc small.hxc -o x.txt",
-    "modes rock.txt small.hxc",
+    "modes rock.txt small.hxc third.txt",
     "modes table.csv",
     "random --power-law rms=0.1,exponent=2 -l 2 -o x.txt",
-    "random --gaussian-sphere sigma=0.1,exponent=2 -l 2 -o x.txt",
+    "random --gaussian-sphere sigma=0.1 -l 2 -o x.txt",
     "random --spectrum rock.txt -o x.txt",
 ];
 
 /// What makes the inputs that the repository does not have.
 const BEFORE: &str = "fit stone.obj -l 3 -o small.hxc; \
-    fit stone.obj other.ply -l 2 -o fits --table table.csv; \
-    render room.toml --quick --size 8x6 -o view.exr; illum room.toml --quick -o lux.csv";
+    random --power-law rms=0.1,exponent=2 -l 3 -o third.txt; \
+    mesh third.txt -o third.obj --resolution 4; \
+    fit stone.obj other.ply third.obj -l 2 -o fits --table table.csv; \
+    render room.toml --quick -o view.exr; illum room.toml --quick -o lux.csv";
 
 /// A value of each flag that has one, another than its default.
 const VALUES: [(&str, &str); 79] = [
@@ -143,8 +145,14 @@ const VALUES: [(&str, &str); 79] = [
 ];
 
 /// What does nothing with a command, and why that is right.
-const SAME: [(&str, &str, &str); 1] =
-    [("falsecolor lux.csv -o x.svg", "--lines", "a grid has isolines always, as the help says")];
+const SAME: [(&str, &str, &str); 4] = [
+    ("falsecolor lux.csv -o x.svg", "--lines", "a grid has isolines always, as the help says"),
+    ("fit stone.obj -l 3 -o x.txt", "--not-star first", STAR),
+    ("fit stone.obj -l 3 -o x.hxc", "--not-star first", STAR),
+    ("fit stone.obj other.ply -l 2 -o d", "--not-star first", STAR),
+];
+
+const STAR: &str = "the mesh is star-shaped, and needs no envelope";
 
 /// What other tests look at: how a run is made, not of what.
 const ELSEWHERE: [&str; 6] =
