@@ -50,7 +50,7 @@ const COMMANDS: [&str; 41] = [
     "modes rock.txt small.hxc third.txt",
     "modes table.csv",
     "random --power-law rms=0.1,exponent=2 -l 2 -o x.txt",
-    "random --gaussian-sphere sigma=0.1 -l 2 -o x.txt",
+    "random --gaussian-sphere sigma=0.1,nu=4 -l 8 -o x.txt",
     "random --spectrum rock.txt -o x.txt",
 ];
 
