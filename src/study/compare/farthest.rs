@@ -91,8 +91,15 @@ struct Piece {
     upper: f64,
 }
 
-/// The points that are looked at beyond those of the mesh.
-const MOST_POINTS: usize = 1 << 22;
+/// Says when a search ends.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Aim {
+    /// How wide the interval may be, metres.
+    pub(super) width: f64,
+    /// How many points are looked at, at most, beyond those of the mesh.
+    pub(super) points: usize,
+}
+
 /// The bytes that splitting a piece takes.
 const BYTES: f64 = 1024.0;
 /// Vertices that are certified at once.
@@ -101,17 +108,17 @@ const AT_ONCE: usize = 16;
 const FAR: f64 = 0.25;
 const SLACK: f64 = 0.125;
 
-/// Encloses max over the points of `from` of their distance from `onto`, within `width`, metres, if
-/// work and memory allow.
+/// Encloses max over the points of `from` of their distance from `onto`, as narrowly as is aimed at
+/// if work and memory allow.
 ///
 /// # Errors
 /// [`crate::Error::Memory`] when there is not the memory to begin.
 pub(super) fn farthest_point(
     [from, onto]: [&Side; 2],
     apart: Option<&Apart>,
-    width: f64,
+    aim: Aim,
 ) -> Result<FarthestPoint> {
-    Ok(Search::new([from, onto], apart)?.run(width))
+    Ok(Search::new([from, onto], apart)?.run(aim))
 }
 
 struct Search<'a> {
@@ -140,7 +147,7 @@ impl<'a> Search<'a> {
             pieces: Vec::new(),
             lower: 0.0,
             at: mesh.corners(0)[0],
-            left: MOST_POINTS,
+            left: 0,
             from,
             onto,
             apart,
@@ -157,13 +164,14 @@ impl<'a> Search<'a> {
         Ok(search)
     }
 
-    fn run(mut self, width: f64) -> FarthestPoint {
+    fn run(mut self, aim: Aim) -> FarthestPoint {
+        self.left = aim.points;
         loop {
             self.raise();
             self.pieces.retain(|piece| piece.upper > self.lower);
             let (lower, upper, at) = (self.lower, self.upper(), self.at);
-            let is_met = upper - lower <= width;
-            let limit = if is_met { None } else { self.split().err() };
+            let is_met = upper - lower <= aim.width;
+            let limit = if is_met { None } else { self.split(aim.points).err() };
             if is_met || limit.is_some() {
                 return FarthestPoint { lower, upper, at, limit };
             }
@@ -281,7 +289,7 @@ impl<'a> Search<'a> {
     }
 
     /// Splits the pieces that may reach into the upper half of what is open.
-    fn split(&mut self) -> Result<(), Limit> {
+    fn split(&mut self, most: usize) -> Result<(), Limit> {
         let upper = self.upper();
         if upper - self.lower <= 4.0 * self.rounding {
             return Err(Limit::Rounding);
@@ -295,7 +303,7 @@ impl<'a> Search<'a> {
             split.par_iter().flat_map_iter(|piece| sides(piece.corners)).collect();
         edges.par_sort_unstable();
         edges.dedup();
-        self.left = self.left.checked_sub(edges.len()).ok_or(Limit::Points(MOST_POINTS))?;
+        self.left = self.left.checked_sub(edges.len()).ok_or(Limit::Points(most))?;
         memory::ask(BYTES * split.len() as f64, "", |_| String::new())
             .map_err(|_| Limit::Memory)?;
         let first = self.vertices.len() as u32;
@@ -335,7 +343,8 @@ mod tests {
 
     fn enclosed(mesh: &Mesh, other: &Mesh, width: f64) -> FarthestPoint {
         let [from, onto] = [mesh, other].map(|m| Side::new(Subject::Mesh(m)).expect("faces"));
-        let found = farthest_point([&from, &onto], None, width).expect("little memory");
+        let found = farthest_point([&from, &onto], None, Aim { width, points: 1 << 20 })
+            .expect("little memory");
         assert!(found.lower <= found.upper && found.upper <= found.lower + width, "{found:?}");
         found
     }
@@ -387,10 +396,9 @@ mod tests {
         let inner = cube().translated(DVec3::splat(-0.5));
         let [from, onto] = [&inner, &outer].map(|m| Side::new(Subject::Mesh(m)).expect("faces"));
         let mut search = Search::new([&from, &onto], None).expect("little memory");
-        search.left = 0;
         search.pieces.iter_mut().for_each(|piece| piece.upper += 1.0);
-        let found = search.run(1e-6);
-        assert_eq!(found.limit, Some(Limit::Points(MOST_POINTS)));
+        let found = search.run(Aim { width: 1e-6, points: 0 });
+        assert_eq!(found.limit, Some(Limit::Points(0)));
         assert!(found.lower <= 1.0 && found.upper >= 1.0 && found.upper <= 3.0, "{found:?}");
     }
 }

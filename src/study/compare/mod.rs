@@ -13,7 +13,7 @@ mod smooth;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::farthest::{Apart, farthest_point};
+use self::farthest::{Aim, Apart, farthest_point};
 use self::side::Side;
 use crate::fit::{Resolution, Shape, surface_mesh};
 use crate::mesh::Mesh;
@@ -113,14 +113,17 @@ fn diverging(share: f64) -> [u8; 3] {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompareSettings {
     /// How wide the interval of the Hausdorff distance may be, metres; `None` for a thousandth of
-    /// the size (the radius of the ball of equal area of the larger one).
+    /// the size (the radius of the ball of equal area of the larger one), as far as seconds allow.
     pub width: Option<f64>,
     /// The centre about which the radii of two meshes are compared.
     pub centre: DVec3,
 }
 
-/// The default width relative to the size.
+/// The default width relative to the size, and the points that are looked at for it.
 const RELATIVE_WIDTH: f64 = 1e-3;
+const POINTS: usize = 1 << 20;
+/// The points that are looked at for a width that was asked for.
+const MOST_POINTS: usize = 1 << 23;
 /// The chord error of the mesh of a series that a map is painted on, relative to the size.
 const MAP_ERROR: f64 = 1e-3;
 /// Points on each shape at which normals are compared.
@@ -132,7 +135,7 @@ pub struct Pair<'a> {
     sides: [Side; 2],
     /// The radial difference of two series about one centre.
     apart: Option<Apart>,
-    width: f64,
+    aim: Aim,
     centre: DVec3,
 }
 
@@ -144,14 +147,14 @@ impl<'a> Pair<'a> {
     /// vertices that are not finite; [`Error::Parameter`] for a width that is not positive, and for
     /// a degree too high; [`Error::Memory`] for more than is free.
     pub fn new(a: Subject<'a>, b: Subject<'a>, settings: &CompareSettings) -> Result<Self> {
-        let width = width(a, b, settings)?;
+        let aim = aim(a, b, settings)?;
         let (first, second) = rayon::join(|| Side::new(a), || Side::new(b));
         let sides = [first?, second?];
         let apart = match (a, b) {
             (Subject::Series(a), Subject::Series(b)) => apart(a, b)?,
             _ => None,
         };
-        Ok(Self { subjects: [a, b], sides, apart, width, centre: settings.centre })
+        Ok(Self { subjects: [a, b], sides, apart, aim, centre: settings.centre })
     }
 
     /// Compares them.
@@ -171,11 +174,16 @@ impl<'a> Pair<'a> {
     }
 
     fn hausdorff(&self) -> Result<Hausdorff> {
-        let ([a, b], width) = (&self.sides, self.width);
-        let found = |sides| farthest_point(sides, self.apart.as_ref(), width);
+        let ([a, b], aim) = (&self.sides, self.aim);
+        let found = |sides| farthest_point(sides, self.apart.as_ref(), aim);
         let one_sided = [found([a, b])?, found([b, a])?];
         let larger = |key: fn(&FarthestPoint) -> f64| key(&one_sided[0]).max(key(&one_sided[1]));
-        Ok(Hausdorff { lower: larger(|p| p.lower), upper: larger(|p| p.upper), one_sided, width })
+        Ok(Hausdorff {
+            lower: larger(|p| p.lower),
+            upper: larger(|p| p.upper),
+            one_sided,
+            width: aim.width,
+        })
     }
 
     /// Measures the distance of the second shape at the vertices of the first, or of a mesh of it.
@@ -231,10 +239,13 @@ fn vertex_normals(mesh: &Mesh) -> Vec<DVec3> {
     normals
 }
 
-fn width(a: Subject, b: Subject, settings: &CompareSettings) -> Result<f64> {
+fn aim(a: Subject, b: Subject, settings: &CompareSettings) -> Result<Aim> {
     match settings.width {
-        None => Ok(RELATIVE_WIDTH * side::size(a).max(side::size(b))),
-        Some(width) if width > 0.0 && width.is_finite() => Ok(width),
+        None => {
+            let width = RELATIVE_WIDTH * side::size(a).max(side::size(b));
+            Ok(Aim { width, points: POINTS })
+        }
+        Some(width) if width > 0.0 && width.is_finite() => Ok(Aim { width, points: MOST_POINTS }),
         Some(width) => Err(Error::Parameter(format!(
             "the width of the interval must be a positive number of metres, found {width}"
         ))),
