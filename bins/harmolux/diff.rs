@@ -27,8 +27,8 @@ use crate::common::{idle, paths, say};
 ///
 /// The Hausdorff distance, and how far either is from the other, are intervals that certainly hold
 /// them, for the smooth surface of coefficients too; a smaller --width never gives a wider one.
-/// Exit code 4 when it could not be had. The radial difference exists about one centre only;
-/// normals are compared at nearest points.
+/// Exit code 4 when one that was asked for could not be had. The radial difference exists about one
+/// centre only; normals are compared at nearest points.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux diff head.txt head.obj                     what the fit lost
@@ -43,8 +43,8 @@ pub(crate) struct Diff {
     /// Exit with code 4 unless the Hausdorff distance is certainly not above this, such as 0.1mm
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(crate) tolerance: Option<f64>,
-    /// How wide the intervals of the distances may be [default: a thousandth of the size, or a
-    /// quarter of the tolerance]
+    /// How wide the intervals of the distances may be [default: a thousandth of the size, as
+    /// far as seconds allow, or a quarter of the tolerance]
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(crate) width: Option<f64>,
     /// The centre about which the radii of two meshes are compared, metres [default: 0,0,0]
@@ -131,15 +131,17 @@ fn judge(verb: &Diff, hausdorff: &Hausdorff, met: Option<bool>) -> Code {
         ));
         code = Code::NotMet;
     }
+    let Some(limit) = hausdorff.limit() else { return code };
+    let widest = hausdorff.one_sided.map(|p| p.upper - p.lower).into_iter().fold(0.0, f64::max);
+    let [widest, width] = [widest, hausdorff.width].map(|x| say::significant(x, 2));
     // A width that stands for the tolerance alone has served when that is decided.
-    let is_above = verb.tolerance.is_some_and(|tolerance| hausdorff.lower > tolerance);
-    let is_decided = verb.width.is_none() && (met == Some(true) || is_above);
-    if let Some(limit) = hausdorff.limit().filter(|_| !is_decided) {
-        let widest = hausdorff.one_sided.map(|p| p.upper - p.lower).into_iter().fold(0.0, f64::max);
-        let [widest, width] = [widest, hausdorff.width].map(|x| say::significant(x, 2));
+    let is_open = met == Some(false) && verb.tolerance.is_some_and(|t| hausdorff.lower <= t);
+    if verb.width.is_some() || is_open {
         let why = why_wide(limit);
         say::warning(&format!("an interval is {widest} m wide, and may be {width} m: {why}"));
         code = Code::NotMet;
+    } else if verb.tolerance.is_none() {
+        say::note(&format!("an interval is {widest} m wide; `--width {width}` takes its time"));
     }
     code
 }
