@@ -68,6 +68,8 @@ pub enum Advice {
     AcceptFolds,
     /// Fits the mesh of a surface that is no radial shape.
     FitSurface,
+    /// Fits the mesh that stands where coefficients are wanted.
+    FitMesh,
     /// Adds the reference radius to heights above it.
     AddRadius,
     /// States the format of a coefficient file; its names.
@@ -119,6 +121,7 @@ impl fmt::Display for Advice {
                 write!(f, "raise the accepted share, give another centre, or cut the mesh in parts")
             }
             Self::FitSurface => write!(f, "make a mesh of its surface, and fit that"),
+            Self::FitMesh => write!(f, "fit it, and take the coefficients"),
             Self::AddRadius => write!(f, "if these are heights, add their reference radius"),
             Self::StateFormat(names) => write!(f, "say its format: {names}"),
             Self::ReadAsText => write!(f, "read a table without header as text"),

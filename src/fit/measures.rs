@@ -116,6 +116,10 @@ fn enclosed(mesh: &Mesh, middle: DVec3) -> Solid {
     Solid::of_moments(volume, moment, second)
 }
 
+/// Points on a side of a face at least: over a flat one the squared distance from an ellipsoid near
+/// it is about a polynomial of degree four.
+const LEAST: usize = 4;
+
 /// The ellipsoid that tells the form of a body.
 struct Ellipsoid {
     principal: PrincipalAxes,
@@ -150,7 +154,7 @@ impl Ellipsoid {
     /// Integrates the squared distance over the faces of a mesh.
     fn squares(&self, mesh: &Mesh, centroid: DVec3) -> f64 {
         let points = |corners: &[DVec3; 3]| match points_per_side(corners, 0) {
-            few @ ..=FINEST => few.saturating_sub(FEWER).max(2),
+            few @ ..=FINEST => few.saturating_sub(FEWER).max(LEAST),
             many => many,
         };
         let rules = rules();
@@ -319,6 +323,28 @@ mod tests {
 
     /// A ball with a bump of one degree is as rough as the root mean square of that, to first order
     /// in its height; its mesh is as rough as itself.
+    #[test]
+    fn plank_is_as_rough_as_the_points_of_its_sides_say() {
+        // Midpoints of a grid over each pair of sides, by the definition.
+        let edges = DVec3::new(10.0, 1.0, 2.0);
+        let body = Measures::of_mesh(&cuboid(edges, DVec3::ZERO)).expect("closed");
+        let radius = (6.0 / PI).cbrt();
+        let (mut squares, mut area) = (0.0, 0.0);
+        for (i, j, k) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+            let side = edges[i] * edges[j];
+            area += side;
+            for (u, v) in (0..400).flat_map(|u| (0..400).map(move |v| (u, v))) {
+                let middle = |n: i32| (f64::from(n) + 0.5) / 400.0 - 0.5;
+                let mut p = DVec3::ZERO;
+                (p[i], p[j], p[k]) = (middle(u) * edges[i], middle(v) * edges[j], 0.5 * edges[k]);
+                let times = (p / (0.5 * radius * edges)).length();
+                squares += side * (p.length() * (1.0 - 1.0 / times)).powi(2) / 160_000.0;
+            }
+        }
+        let expected = (squares / area).sqrt();
+        assert!((body.roughness / expected - 1.0).abs() <= 1e-4, "{} {expected}", body.roughness);
+    }
+
     #[test]
     fn bumps_are_the_roughness_of_series_and_mesh() {
         let mut c = Coefficients::zeros(8);

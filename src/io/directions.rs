@@ -7,6 +7,7 @@ use csv::StringRecord;
 use crate::error::InputError;
 use crate::fit::LatLong;
 use crate::io::decimal::real;
+use crate::io::tables::line_of;
 use crate::{Error, Result};
 
 /// What the columns may be called.
@@ -32,10 +33,9 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<LatLong>> {
     let mut directions = Vec::new();
     for record in reader.from_reader(bytes).records() {
         let record = record.map_err(|e| {
-            let line = e.position().map_or(1, csv::Position::line);
-            fault(path, line, format!("this is no CSV table: {e}"))
+            fault(path, line_of(bytes, e.position()), format!("this is no CSV table: {e}"))
         })?;
-        let line = record.position().map_or(1, csv::Position::line);
+        let line = line_of(bytes, record.position());
         let is_header = record.iter().all(|field| real(field).is_none());
         match columns {
             None if is_header => {
@@ -54,8 +54,8 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<LatLong>> {
     Ok(directions)
 }
 
-fn fault(path: &Path, line: u64, message: String) -> Error {
-    InputError::new(path, message).at(line as usize, None).help(WANTED).into()
+fn fault(path: &Path, line: usize, message: String) -> Error {
+    InputError::new(path, message).at(line, None).help(WANTED).into()
 }
 
 /// Finds the columns by their names.

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::io::input::Input;
+use crate::io::tables::line_of;
 use crate::{Error, Result};
 
 /// Holds the sensors of one name.
@@ -60,7 +61,8 @@ pub fn parse(path: &Path, bytes: &[u8], column: &str) -> Result<Vec<MeasuredGrou
             places.insert(name.to_owned(), place);
             groups.push(MeasuredGroup { name: name.to_owned(), ..Default::default() });
         }
-        columns.read(path, &header, &record, &mut groups[place])?;
+        let line = line_of(bytes, record.position());
+        columns.read((path, line), &header, &record, &mut groups[place])?;
     }
     if groups.is_empty() {
         return Err(InputError::new(path, "the table has no rows").help(WRITE_IT).into());
@@ -110,7 +112,7 @@ impl Columns {
     /// Adds a row to its group.
     fn read(
         &self,
-        path: &Path,
+        (path, line): (&Path, usize),
         header: &StringRecord,
         record: &StringRecord,
         group: &mut MeasuredGroup,
@@ -119,7 +121,6 @@ impl Columns {
             let text = record.get(column).unwrap_or("");
             let number = if text.is_empty() { empty } else { text.parse::<f64>().ok() };
             number.ok_or_else(|| {
-                let line = record.position().map_or(0, csv::Position::line) as usize;
                 let name = header.get(column).unwrap_or("");
                 let message = format!("`{text}` in column `{name}` is no number");
                 Error::from(InputError::new(path, message).at(line, None).help(WRITE_IT))

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::error::InputError;
+use crate::io::tables::line_of;
 use crate::sh::MAX_DEGREE;
 use crate::{Error, Result};
 
@@ -28,7 +29,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
     let mut powers: Vec<f64> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|e| broken(path, &e))?;
-        let line = record.position().map_or(0, csv::Position::line) as usize;
+        let line = line_of(bytes, record.position());
         let wrong = |message: String| InputError::new(path, message).at(line, None);
         let [degree, power] = columns.map(|i| record.get(i).unwrap_or(""));
         let degree = degree

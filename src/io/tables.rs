@@ -193,7 +193,7 @@ impl Table {
         };
         let mut rows = Vec::new();
         for record in reader.records() {
-            let record = record.map_err(|e| no_row(path, header.len(), &e))?;
+            let record = record.map_err(|e| no_row(path, bytes, header.len(), &e))?;
             rows.push(header.iter().zip(&record).map(cell).collect());
         }
         self.rows.append(&mut rows);
@@ -217,10 +217,18 @@ impl Table {
     }
 }
 
-fn no_row(path: &Path, columns: usize, e: &csv::Error) -> Error {
-    let line = e.position().map_or(1, csv::Position::line);
+fn no_row(path: &Path, bytes: &[u8], columns: usize, e: &csv::Error) -> Error {
     let why = format!("this is no row of {columns} columns in UTF-8");
-    InputError::new(path, why).at(line as usize, None).into()
+    InputError::new(path, why).at(line_of(bytes, e.position()), None).into()
+}
+
+/// Returns the line of a record of CSV, from 1. Its reader counts a line at its line feed, which it
+/// takes with the next record where a carriage return comes before.
+pub(crate) fn line_of(bytes: &[u8], position: Option<&csv::Position>) -> usize {
+    let Some(position) = position else { return 1 };
+    let at = position.byte() as usize;
+    let is_between = at > 0 && bytes.get(at - 1..=at) == Some(b"\r\n".as_slice());
+    position.line() as usize + usize::from(is_between)
 }
 
 fn failed(e: &dyn fmt::Display) -> Error {

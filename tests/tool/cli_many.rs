@@ -98,6 +98,9 @@ fn table_of_a_batch_grows_with_it_and_goes_on() {
         assert!(distance(&rows, &files) <= 1e-14);
         assert!(layout == "aics" || (rows.centre - files.centre).length() <= 1e-15);
     }
+    // What an earlier run made and this one was not asked for stays, and is told.
+    let said = desk.done("fit a.obj -l 3 -o harmolux --table harmolux.csv").err;
+    assert_says(&said, &["fits.csv keeps 2 rows of an earlier", "harmolux.csv keeps 2 rows of an"]);
     // Rows of other settings are of another run.
     let words = "fit a.obj -l 3 -o other --table harmolux.csv --centre centroid";
     assert_says(&desk.ends(3, words).err, &["harmolux.csv: the row of a is of another run"]);

@@ -40,6 +40,7 @@ pub(crate) fn in_flags(advice: &Advice) -> String {
             "fit its surface with `harmolux fit`, or make a mesh of it: `harmolux convert` to .ply"
                 .to_owned()
         }
+        Advice::FitMesh => "make coefficients of it first: `harmolux fit`".to_owned(),
         Advice::AddRadius => {
             "if these are heights, add their reference radius with `--add-radius` (as `harmolux \
              convert` does)"

@@ -14,7 +14,7 @@ use harmolux::io::output::{Claim, SOFTWARE};
 use harmolux::io::tables::{Cell, Table};
 use harmolux::{Error, Result};
 
-use crate::common::interrupt;
+use crate::common::{interrupt, say};
 
 /// The last column: what a row follows from.
 pub(crate) const KEY: &str = "key";
@@ -136,6 +136,11 @@ impl GrowingTable {
         let made: HashSet<String> = own.rows().iter().map(text).collect();
         for row in self.table.rows().iter().filter(|row| !made.contains(&text(row))) {
             all.push(row.iter().cloned());
+        }
+        let kept = all.rows().len() - own.rows().len();
+        if kept > 0 {
+            let path = self.claim.path().display();
+            say::note(&format!("{path} keeps {kept} rows of an earlier run; `--force` drops them"));
         }
         let csv = all.to_csv()?;
         *self.stays.get_mut() = true;

@@ -124,7 +124,7 @@ fn tasks(
             )));
         }
         let first = [name_of(mesh)];
-        let key = || Ok(asked.key_of(&files(mesh)?));
+        let key = || asked.key_of(&files(mesh)?);
         let done = table.done(&first, key)?.filter(|_| path.is_file());
         let shape = shapes.as_ref().map(|shapes| shapes.done(&path, key)).transpose()?.flatten();
         all.push(if let Some(row) = done {
@@ -147,12 +147,12 @@ fn name_of(mesh: &Path) -> Cell {
 
 impl Batch<'_> {
     /// Returns what a fit follows from.
-    fn key_of(&self, read: &FilesRead) -> String {
+    fn key_of(&self, read: &FilesRead) -> Result<String> {
         let verb = self.verb;
-        let settings = settings(verb, ProjectionName::Conforming);
+        let settings = settings(verb, ProjectionName::Conforming)?;
         let reference = self.reference.map(|reference| reference.files.file.to_string());
         let special = (verb.projection.is_some(), verb.weights, reference);
-        key(read, &(settings, special, &verb.habits))
+        Ok(key(read, &(settings, special, &verb.habits)))
     }
 }
 
@@ -285,7 +285,7 @@ fn cells(
     let said = fitted.ok().map(|done| warnings(verb, &done.fitted).join("; "));
     cells.push(said.filter(|text| !text.is_empty()).into());
     cells.push(fitted.err().map(ToString::to_string).into());
-    cells.push(fitted.ok().map(|done| asked.key_of(&done.files)).into());
+    cells.push(fitted.ok().and_then(|done| asked.key_of(&done.files).ok()).into());
     cells
 }
 

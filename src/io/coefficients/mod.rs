@@ -30,6 +30,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Advice, InputError};
 use crate::fit::Shape;
 use crate::io::input::{FilesRead, Input};
+use crate::io::meshes;
 use crate::sh::Convention;
 use crate::{Error, Result};
 
@@ -126,7 +127,8 @@ pub fn read_as_stated(input: Input) -> Result<(Shape, FilesRead)> {
 /// what can be said here as well.
 pub fn advise_conversion(error: Error, here: &dyn Fn(&Advice) -> bool) -> Error {
     let Error::Input(mut input) = error else { return error };
-    let is_foreign = |advice: &mut Box<Advice>| **advice != Advice::FitSurface && !here(advice);
+    let is_of_fit = |advice: &Advice| matches!(advice, Advice::FitSurface | Advice::FitMesh);
+    let is_foreign = |advice: &mut Box<Advice>| !is_of_fit(advice) && !here(advice);
     if let Some(advice) = input.advice.take_if(is_foreign) {
         let path = input.path.clone();
         input.advice = Some(Box::new(Advice::Convert { advice, path }));
@@ -142,6 +144,11 @@ pub fn advise_conversion(error: Error, here: &dyn Fn(&Advice) -> bool) -> Error 
 /// [`Error::Parameter`] when a row is asked for of a format that has none.
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Shape> {
     let format = options.format.or_else(|| recognise(path, bytes)).ok_or_else(|| {
+        let head = &bytes[..bytes.len().min(1 << 16)];
+        if meshes::recognise(head, bytes.len() as u64).is_some() {
+            let message = "this is a mesh, where coefficients are wanted";
+            return InputError::new(path, message).advise(Advice::FitMesh);
+        }
         let names: Vec<_> = SeriesFormat::ALL.iter().map(|format| format.name()).collect();
         let advice = Advice::StateFormat(names.join(", "));
         InputError::new(path, "unrecognised coefficient file").advise(advice)

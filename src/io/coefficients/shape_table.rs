@@ -4,7 +4,7 @@
 //! `centre_z_m` and then, degree by degree, order by order, `C2_1_m` and (but for order 0) `S2_1_m`.
 //! Each row says its own convention; 4pi without phase is written, in which the distance of two
 //! rows is the RMS radial distance of the shapes. The other layout is in `aics_csv`. In both other
-//! columns are passed over, and the first that holds no coefficient names the row.
+//! columns are passed over; `name`, or else the first that holds no coefficient, names the row.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -17,7 +17,7 @@ use super::{ReadOptions, SeriesFormat, aics_csv};
 use crate::error::{Advice, InputError};
 use crate::fit::Shape;
 use crate::io::output::SOFTWARE;
-use crate::io::tables::{Cell, Table};
+use crate::io::tables::{Cell, Table, line_of};
 use crate::sh::{Convention, Normalisation};
 use crate::{Error, Result};
 
@@ -159,6 +159,7 @@ fn own_place(name: &str) -> Option<(&str, Option<Place>)> {
 /// What the header of a table says, and what the reader was told of it.
 struct Header<'a> {
     path: &'a Path,
+    bytes: &'a [u8],
     format: SeriesFormat,
     told: Option<Convention>,
     names: StringRecord,
@@ -169,7 +170,7 @@ struct Header<'a> {
 impl<'a> Header<'a> {
     fn read(
         path: &'a Path,
-        bytes: &[u8],
+        bytes: &'a [u8],
         format: SeriesFormat,
         options: &ReadOptions,
         reader: &mut csv::Reader<&[u8]>,
@@ -183,12 +184,14 @@ impl<'a> Header<'a> {
         let wrong = |message: String| InputError::new(path, message).at(1, None);
         let columns = places_of(format, &names).map_err(wrong)?;
         let lmax = degree(format, &columns).map_err(wrong)?;
-        Ok(Self { path, format, told: options.convention, names, columns, lmax })
+        let header = Self { path, bytes, format, told: options.convention, names, columns, lmax };
+        header.check_centre().map_err(|message| InputError::new(path, message).at(1, None))?;
+        Ok(header)
     }
 
     /// Reads a row, `number` from 1, and its name.
     fn shape(&self, record: &StringRecord, number: usize) -> Result<(String, Shape)> {
-        let line = record.position().map_or(0, csv::Position::line) as usize;
+        let line = line_of(self.bytes, record.position());
         let values = self.values(record, number, line)?;
         let value =
             |l: usize, m: usize, sine: bool| values.get(&(l, m, sine)).copied().unwrap_or(0.0);
@@ -197,11 +200,12 @@ impl<'a> Header<'a> {
         let series = convention.and_then(|found| collect(self.path, self.lmax, found, pair));
         let centre = self.centre(record, number, line)?;
         let shape = Shape { centre, ..Shape::new(series.map_err(|e| on_line(e, line))?) };
-        let is_name = |i: &usize| {
+        let is_free = |i: &usize| {
             let is_own = FIRST[1..].contains(&self.names[*i].trim());
             !is_own && self.columns.values().all(|used| used != i)
         };
-        let name = (0..record.len()).find(is_name).map_or("", |i| record[i].trim());
+        let column = self.place_of(FIRST[0]).or_else(|| (0..record.len()).find(is_free));
+        let name = column.and_then(|i| record.get(i)).unwrap_or_default().trim();
         let name = if name.is_empty() { format!("row {number}") } else { name.to_owned() };
         Ok((name, shape))
     }
@@ -253,9 +257,22 @@ impl<'a> Header<'a> {
         let wrong = |e: Error| InputError::new(self.path, e.to_string());
         let said = cell(FIRST[1]).map(str::parse::<Normalisation>).transpose().map_err(wrong)?;
         let phase = cell(FIRST[2]).map(str::parse).transpose().map_err(wrong)?;
-        let stated = said
-            .map(|normalisation| Convention { normalisation, phase: phase.unwrap_or_default() });
+        // What a row does not say, it is to be told.
+        let phase = phase.or(self.told.map(|told| told.phase));
+        let stated = said.zip(phase);
+        let stated = stated.map(|(normalisation, phase)| Convention { normalisation, phase });
         agreed(self.path, "the row says", stated, self.told)
+    }
+
+    /// Makes sure that there are all columns of the centre, or none.
+    fn check_centre(&self) -> Result<(), String> {
+        let lacks =
+            |name: &&str| self.format == SeriesFormat::Table && self.place_of(name).is_none();
+        let missing: Vec<&str> = FIRST[3..].iter().copied().filter(lacks).collect();
+        match missing.first() {
+            Some(name) if missing.len() < 3 => Err(format!("the column `{name}` is missing")),
+            _ => Ok(()),
+        }
     }
 
     /// Reads the centre; the origin where there are no columns of one.
@@ -374,7 +391,7 @@ fn broken(path: &Path, error: &csv::Error) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sh::Coefficients;
+    use crate::sh::{Coefficients, CondonShortley};
 
     const TABLE: SeriesFormat = SeriesFormat::Table;
 
@@ -453,7 +470,7 @@ mod tests {
         assert_eq!((said.normalisation.name(), said.phase.csphase()), ("ortho", -1));
         assert!((rows[1].1.coefficients.mean() - 1.0).abs() <= 1e-15);
         // What says how a row is meant is not its name.
-        let nameless = read("normalisation,C0_0_m\n4pi,1\n", &ReadOptions::default());
+        let nameless = read("normalisation,csphase,C0_0_m\n4pi,1,1\n", &ReadOptions::default());
         assert_eq!(nameless.expect("read")[0].0, "row 1");
         let bare = "C0_0_m\n1\n";
         let error = read(bare, &ReadOptions::default()).expect_err("not said").to_string();
@@ -461,22 +478,49 @@ mod tests {
         let convention = Some(Convention::default());
         let told = ReadOptions { convention, ..ReadOptions::default() };
         assert_eq!(read(bare, &told).expect("told")[0].0, "row 1");
+        // Half said is not said; the other half may be told.
+        let half = "index,name,normalisation,C0_0_m,C1_0_m,C1_1_m,S1_1_m\n0,a,4pi,1,0,0.1,0\n";
+        let error = read(half, &ReadOptions::default()).expect_err("no phase").to_string();
+        assert!(error.starts_with("a.csv:2: the file does not say how"), "{error}");
+        let turned = |phase| {
+            let convention = Some(Convention { phase, ..Convention::default() });
+            read(half, &ReadOptions { convention, ..ReadOptions::default() }).expect("told")
+        };
+        let [plain, turned] = [CondonShortley::Without, CondonShortley::With].map(turned);
+        assert_eq!(plain[0].0, "a");
+        let order_1 = |rows: &[(String, Shape)]| rows[0].1.coefficients.get(1, 1).0;
+        assert!((order_1(&plain) + order_1(&turned)).abs() <= 1e-16 && order_1(&plain) != 0.0);
     }
 
     #[test]
     fn faults_are_told_with_row_and_column() {
-        let header = "name,normalisation,centre_x_m,C0_0_m,C1_0_m,C1_1_m,S1_1_m\n";
-        let good = "a,4pi,0,1,0,0,0\n";
+        let header = "name,normalisation,csphase,centre_x_m,centre_y_m,centre_z_m,\
+                      C0_0_m,C1_0_m,C1_1_m,S1_1_m\n";
+        let good = "a,4pi,1,0,0,0,1,0,0,0\n";
         for (text, expected) in [
-            (format!("{header}{good}b,4pi,0,1,x,0,0\n"), "a.csv:3: row 2, column `C1_0_m`: `x` is"),
             (
-                format!("{header}{good}b,4pi,0,1,0,inf,0\n"),
+                format!("{header}{good}b,4pi,1,0,0,0,1,x,0,0\n"),
+                "a.csv:3: row 2, column `C1_0_m`: `x` is",
+            ),
+            (
+                format!("{header}{good}b,4pi,1,0,0,0,1,0,inf,0\n"),
                 "a.csv:3: row 2, column `C1_1_m`: `inf`",
             ),
-            (format!("{header}b,4pi,,1,0,0,0\n"), "a.csv:2: row 1, column `centre_x_m`: `` is"),
-            (format!("{header}b,full,0,1,0,0,0\n"), "a.csv:2: `full` is not a normalisation"),
-            (format!("{header}{good}b,4pi,0,1\n"), "a.csv:3: 4 cells, where the header has 7"),
-            (format!("{header}{good}b,4pi,0,1,0"), "a.csv:3: the last line has no end"),
+            (
+                format!("{header}b,4pi,1,,0,0,1,0,0,0\n"),
+                "a.csv:2: row 1, column `centre_x_m`: `` is",
+            ),
+            (format!("{header}b,full,1,0,0,0,1,0,0,0\n"), "a.csv:2: `full` is not a normalisation"),
+            (format!("{header}{good}b,4pi,1,0\n"), "a.csv:3: 4 cells, where the header has 10"),
+            (format!("{header}{good}b,4pi,1,0"), "a.csv:3: the last line has no end"),
+            (
+                "centre_x_m,centre_z_m,C0_0_m\n0,0,1\n".to_owned(),
+                "a.csv:1: the column `centre_y_m`",
+            ),
+            (
+                format!("{header}{good}b,4pi,1,0,0,0,1,x,0,0\n").replace('\n', "\r\n"),
+                "a.csv:3: row 2",
+            ),
             (header.to_owned(), "the table has no rows"),
             ("C0_0_m,C1_0_m\n1,2\n".to_owned(), "the column `C1_1_m` is missing"),
             ("C0_0_m,C0_0_m\n1,2\n".to_owned(), "stands here twice"),
