@@ -111,7 +111,7 @@ impl Destination {
 
     /// Says why the file that stands there may not be replaced.
     fn objection(&self) -> io::Result<Option<String>> {
-        let foreign = || Some(format!("it is not as this run would write {}", self.kind.name));
+        let foreign = || Some(format!("it was not written by this program as {}", self.kind.name));
         Ok(match &self.replaces {
             Replaces::Nothing => Some("this file is there already".to_owned()),
             Replaces::Own | Replaces::Run(_) if !self.kind.wrote(File::open(&self.target)?)? => {
