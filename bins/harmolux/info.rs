@@ -13,7 +13,7 @@ use harmolux::io::input::Input;
 use harmolux::io::points::{self, PointOptions};
 use harmolux::math::Aabb;
 use harmolux::mesh::{Mesh, MeshReport};
-use harmolux::sh::{Convention, least, positions, range};
+use harmolux::sh::{Convention, extremes, positions, range};
 use harmolux::{Error, Result};
 use serde_json::{Value, json};
 
@@ -153,7 +153,8 @@ struct SeriesFile {
 fn series(file: &SeriesFile) -> Result<Found> {
     let shape = &file.shape;
     let c = &shape.coefficients;
-    let (lowest, (lower, most)) = (least(c)?, range(c)?);
+    let (lowest, most) = extremes(c)?;
+    let lower = lowest.bound;
     // A radius that is not positive everywhere is of no body, and has no volume.
     let solid = lowest.require_positive(most);
     let body = solid.is_ok().then(|| Measures::of_shape(shape)).transpose()?;

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use glam::DVec3;
 use harmolux::error::shown_path;
 use harmolux::fit::Shape;
 use harmolux::io::coefficients::NamedShape;
@@ -13,7 +12,7 @@ use serde_json::json;
 
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
-use crate::common::inputs::read_shapes;
+use crate::common::inputs::{mean_centre, read_shapes};
 use crate::common::{paths, say, shape_file};
 
 /// Average shapes, and say how far each is from the mean
@@ -49,7 +48,8 @@ pub(crate) fn run(verb: &Mean, as_json: bool) -> Result<Code> {
     let weights = weights(verb, shapes.len())?;
     let series = shapes.iter().map(|s| &s.shape.coefficients);
     let members: Vec<(&Coefficients, f64)> = series.zip(weights.iter().copied()).collect();
-    let mean = Shape { centre: centre(&shapes, &weights), ..Shape::new(weighted_mean(&members)?) };
+    let mean =
+        Shape { centre: mean_centre(&shapes, &weights), ..Shape::new(weighted_mean(&members)?) };
     let distances: Vec<f64> =
         members.iter().map(|(f, _)| distance(f, &mean.coefficients)).collect();
     output.write(&mean)?;
@@ -103,14 +103,6 @@ fn weights(verb: &Mean, count: usize) -> Result<Vec<f64>> {
         Some(weights) => Ok(weights.clone()),
         None => Ok(vec![1.0; count]),
     }
-}
-
-/// Averages the expansion centres, so that shapes about one point keep it.
-pub(crate) fn centre(shapes: &[NamedShape], weights: &[f64]) -> DVec3 {
-    let first = shapes.first().map_or(DVec3::ZERO, |s| s.shape.centre);
-    let total: f64 = weights.iter().sum();
-    let offsets = shapes.iter().zip(weights).map(|(s, w)| w / total * (s.shape.centre - first));
-    first + offsets.sum::<DVec3>()
 }
 
 /// Returns the radial RMS distance of two series.

@@ -16,11 +16,10 @@ use serde_json::json;
 use crate::common::advice::told;
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
-use crate::common::inputs::read_shapes;
+use crate::common::inputs::{mean_centre, read_shapes};
 use crate::common::progress::Meter;
 use crate::common::target::write_all;
 use crate::common::{folders, paths, plot, say};
-use crate::mean;
 
 /// Find how many shapes vary about their mean: principal modes, scores, explained variance
 ///
@@ -76,7 +75,7 @@ pub(crate) fn run(verb: &Modes, as_json: bool) -> Result<Code> {
     let series: Vec<&Coefficients> = shapes.iter().map(|s| &s.shape.coefficients).collect();
     let found = modes(&series, verb.count as usize)?;
     let shape = Shape {
-        centre: mean::centre(&shapes, &vec![1.0; shapes.len()]),
+        centre: mean_centre(&shapes, &vec![1.0; shapes.len()]),
         ..Shape::new(found.mean.clone())
     };
     let all = Analysis { shapes, found, mean: shape };

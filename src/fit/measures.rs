@@ -22,8 +22,12 @@ use crate::{Error, Result};
 const SETTLED: f64 = 1e-6;
 
 /// How many points fewer than for a fit are enough for the distance from an ellipsoid, along each
-/// side of a face, at least two.
+/// side of a face.
 const FEWER: usize = 2;
+
+/// Points along each side of a face at least: over a flat one the squared distance from an
+/// ellipsoid near it is about a polynomial of degree four.
+const LEAST: usize = 4;
 
 /// Holds what a body measures, in metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,10 +119,6 @@ fn enclosed(mesh: &Mesh, middle: DVec3) -> Solid {
     }
     Solid::of_moments(volume, moment, second)
 }
-
-/// Points on a side of a face at least: over a flat one the squared distance from an ellipsoid near
-/// it is about a polynomial of degree four.
-const LEAST: usize = 4;
 
 /// The ellipsoid that tells the form of a body.
 struct Ellipsoid {

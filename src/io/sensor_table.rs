@@ -49,12 +49,12 @@ pub fn recognise(head: &[u8]) -> bool {
 /// number.
 pub fn parse(path: &Path, bytes: &[u8], column: &str) -> Result<Vec<MeasuredGroup>> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
-    let header = reader.headers().map_err(|e| broken(path, &e))?.clone();
+    let header = reader.headers().map_err(|e| broken(path, bytes, &e))?.clone();
     let columns = Columns::of(path, &header, column)?;
     let mut groups: Vec<MeasuredGroup> = Vec::new();
     let mut places: HashMap<String, usize> = HashMap::new();
     for record in reader.records() {
-        let record = record.map_err(|e| broken(path, &e))?;
+        let record = record.map_err(|e| broken(path, bytes, &e))?;
         let name = record.get(columns.group).unwrap_or("");
         let place = places.get(name).copied().unwrap_or(groups.len());
         if place == groups.len() {
@@ -72,10 +72,9 @@ pub fn parse(path: &Path, bytes: &[u8], column: &str) -> Result<Vec<MeasuredGrou
 
 const WRITE_IT: &str = "write the table with `harmolux illum SCENE -o lux.csv`";
 
-fn broken(path: &Path, error: &csv::Error) -> Error {
-    let line = error.position().map(|p| p.line() as usize);
+fn broken(path: &Path, bytes: &[u8], error: &csv::Error) -> Error {
     let wrong = InputError::new(path, format!("this is no CSV table: {error}")).help(WRITE_IT);
-    line.map_or(wrong.clone(), |line| wrong.at(line, None)).into()
+    wrong.at(line_of(bytes, error.position()), None).into()
 }
 
 /// Where in a row things stand.

@@ -25,10 +25,10 @@ pub fn recognise(head: &[u8]) -> bool {
 /// finite.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
-    let columns = columns(path, reader.headers().map_err(|e| broken(path, &e))?)?;
+    let columns = columns(path, reader.headers().map_err(|e| broken(path, bytes, &e))?)?;
     let mut powers: Vec<f64> = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|e| broken(path, &e))?;
+        let record = record.map_err(|e| broken(path, bytes, &e))?;
         let line = line_of(bytes, record.position());
         let wrong = |message: String| InputError::new(path, message).at(line, None);
         let [degree, power] = columns.map(|i| record.get(i).unwrap_or(""));
@@ -74,8 +74,7 @@ fn columns(path: &Path, header: &csv::StringRecord) -> Result<[usize; 2]> {
 }
 
 /// Returns where the table is broken.
-fn broken(path: &Path, error: &csv::Error) -> Error {
-    let line = error.position().map(|p| p.line() as usize);
+fn broken(path: &Path, bytes: &[u8], error: &csv::Error) -> Error {
     let message = match error.kind() {
         csv::ErrorKind::Utf8 { .. } => "this is not UTF-8 text".to_owned(),
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
@@ -83,8 +82,7 @@ fn broken(path: &Path, error: &csv::Error) -> Error {
         }
         _ => format!("this is no CSV table: {error}"),
     };
-    let input = InputError::new(path, message);
-    line.map_or(input.clone(), |line| input.at(line, None)).into()
+    InputError::new(path, message).at(line_of(bytes, error.position()), None).into()
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ fn curvature_of(first: &[Coefficients; 3]) -> Result<f64> {
 /// # Errors
 /// As [`synthesis`]: a degree too high to evaluate.
 pub fn range(f: &Coefficients) -> Result<(f64, f64)> {
-    let (least, max) = ends(f)?;
+    let (least, max) = extremes(f)?;
     Ok((least.bound, max))
 }
 
@@ -87,7 +87,7 @@ pub fn range(f: &Coefficients) -> Result<(f64, f64)> {
 /// # Errors
 /// As [`synthesis`]: a degree too high to evaluate.
 pub fn least(f: &Coefficients) -> Result<Least> {
-    Ok(ends(f)?.0)
+    Ok(extremes(f)?.0)
 }
 
 /// Makes sure that f is positive in every direction, as the radius of a body is.
@@ -95,14 +95,17 @@ pub fn least(f: &Coefficients) -> Result<Least> {
 /// # Errors
 /// As [`Least::require_positive`] and [`synthesis`].
 pub fn require_positive(f: &Coefficients) -> Result<()> {
-    let (least, largest) = ends(f)?;
+    let (least, largest) = extremes(f)?;
     least.require_positive(largest)
 }
 
-/// Bounds f below and above, on a finer grid and about its mid-range: |f - c| <= max |sample - c| /
-/// cos^2(pi lmax / n), n = 16 lmax; below more closely, where that does not decide whether f is
-/// positive.
-fn ends(f: &Coefficients) -> Result<(Least, f64)> {
+/// Finds the least value of f as [`least()`] does, and bounds its largest from above, as [`range`]
+/// does: on a finer grid and about its mid-range, |f - c| <= max |sample - c| / cos^2(pi lmax / n),
+/// n = 16 lmax; below more closely, where that does not decide whether f is positive.
+///
+/// # Errors
+/// As [`synthesis`]: a degree too high to evaluate.
+pub fn extremes(f: &Coefficients) -> Result<(Least, f64)> {
     let degree = f.lmax();
     let half = 8 * degree.max(1);
     let grid = Grid::equispaced(half, 2 * half);

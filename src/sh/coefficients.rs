@@ -166,6 +166,14 @@ impl Coefficients {
     }
 }
 
+/// Lists degree, order and whether it is a sine of all coefficients, degree by degree and cosine
+/// before sine, without sines of order 0.
+pub(crate) fn places(lmax: usize) -> impl Iterator<Item = (usize, usize, bool)> {
+    let orders = (0..=lmax).flat_map(|l| (0..=l).map(move |m| (l, m)));
+    let pairs = orders.flat_map(|(l, m)| [(l, m, false), (l, m, true)]);
+    pairs.filter(|(_, m, sine)| !(*sine && *m == 0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

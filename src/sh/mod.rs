@@ -33,8 +33,9 @@ mod two_step;
 
 pub use align::{Alignment, InertiaSymmetry, align};
 pub use best_rotation::best_rotation;
-pub use bounds::{Bounds, least, range, require_positive, rounding};
+pub use bounds::{Bounds, extremes, least, range, require_positive, rounding};
 pub use coefficients::Coefficients;
+pub(crate) use coefficients::places;
 pub use combination::{difference, mean, scatter, weighted_mean};
 pub(crate) use evaluator::{Evaluator, GRIDDED_FROM};
 pub use filter::Filter;

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 use nalgebra::DMatrix;
 
-use super::{Coefficients, Convention, difference, mean};
+use super::{Coefficients, Convention, difference, mean, places};
 use crate::{Error, Result, memory};
 
 /// Holds the mean of shapes and how they vary about it.
@@ -99,13 +99,6 @@ pub fn modes(members: &[&Coefficients], count: usize) -> Result<Modes> {
         return Err(Error::Parameter("the shapes do not differ: there are no modes".to_owned()));
     }
     Ok(Modes { mean, modes, variance: all / (n as f64 - 1.0) })
-}
-
-/// Lists degree, order and whether it is a sine of all coefficients, in the order of a vector.
-fn places(lmax: usize) -> impl Iterator<Item = (usize, usize, bool)> {
-    let orders = (0..=lmax).flat_map(|l| (0..=l).map(move |m| (l, m)));
-    let pairs = orders.flat_map(|(l, m)| [(l, m, false), (l, m, true)]);
-    pairs.filter(|(_, m, sine)| !(*sine && *m == 0))
 }
 
 /// Returns the coefficients in the 4pi normalisation.

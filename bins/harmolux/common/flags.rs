@@ -88,7 +88,7 @@ pub(crate) struct SeriesReading {
     pub(crate) from: Option<SeriesFormat>,
     #[command(flatten)]
     pub(crate) habits: SeriesHabits,
-    /// The unit of a coefficient file that does not state it [default: m]
+    /// The unit of a file that does not state it [default: m]
     #[arg(long, value_parser = choices::<Unit>())]
     pub(crate) unit: Option<Unit>,
     /// Add this radius, metres or with its unit, to a file of heights above it

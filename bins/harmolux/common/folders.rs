@@ -26,20 +26,30 @@ pub(crate) fn within<T>(folder: &Path, work: impl FnOnce() -> Result<T>) -> Resu
 
 /// Returns the file of each shape in a folder: its name without folders, with this extension.
 pub(crate) fn files(folder: &Path, shapes: &[NamedShape], extension: &str) -> Result<Vec<PathBuf>> {
-    let mut taken: HashMap<PathBuf, PathBuf> = HashMap::new();
-    let mut file = |shape: &NamedShape| {
+    let file = |shape: &NamedShape| {
         let name = shape.name();
         let name = Path::new(&name).file_name().unwrap_or("shape".as_ref()).to_string_lossy();
-        let file = folder.join(format!("{name}.{extension}"));
-        match taken.insert(file.clone(), shape.full_name()) {
-            Some(other) => Err(Error::Parameter(format!(
-                "{} and {} would both be written to {}: write them into different folders",
-                other.display(),
-                shape.full_name().display(),
-                file.display()
-            ))),
-            None => Ok(file),
-        }
+        folder.join(format!("{name}.{extension}"))
     };
-    shapes.iter().map(&mut file).collect()
+    let files: Vec<PathBuf> = shapes.iter().map(file).collect();
+    let sources: Vec<PathBuf> = shapes.iter().map(NamedShape::full_name).collect();
+    require_apart(&sources, &files, "write")?;
+    Ok(files)
+}
+
+/// Makes sure that no two of what is given would be written to one file; `verb` says what is to be
+/// done elsewhere.
+pub(crate) fn require_apart(sources: &[PathBuf], files: &[PathBuf], verb: &str) -> Result<()> {
+    let mut taken: HashMap<&Path, &Path> = HashMap::new();
+    for (source, file) in sources.iter().zip(files) {
+        if let Some(other) = taken.insert(file, source) {
+            return Err(Error::Parameter(format!(
+                "{} and {} would both be written to {}: {verb} them into different folders",
+                other.display(),
+                source.display(),
+                file.display()
+            )));
+        }
+    }
+    Ok(())
 }

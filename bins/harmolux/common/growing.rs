@@ -20,7 +20,7 @@ use crate::common::{interrupt, say};
 pub(crate) const KEY: &str = "key";
 
 /// The columns that hold texts.
-const TEXTS: [&str; 4] = ["name", "shape", "error", KEY];
+const TEXTS: [&str; 6] = ["name", "shape", "normalisation", "warning", "error", KEY];
 
 /// The table, and its file, which belongs to this run.
 pub(crate) struct GrowingTable {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use harmolux::Result;
 use harmolux::io::coefficients::{self, NamedShape, ReadOptions, SeriesFormat, spharm_pdm};
 use harmolux::io::input::{FilesRead, Input};
@@ -84,6 +85,14 @@ pub(crate) fn read_points(
 pub(crate) fn read_shapes(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<NamedShape>> {
     let read = paths.iter().map(|path| coefficients::read_all(path, options));
     Ok(read.collect::<Result<Vec<_>>>()?.concat())
+}
+
+/// Averages the expansion centres, so that shapes about one point keep it.
+pub(crate) fn mean_centre(shapes: &[NamedShape], weights: &[f64]) -> DVec3 {
+    let first = shapes.first().map_or(DVec3::ZERO, |s| s.shape.centre);
+    let total: f64 = weights.iter().sum();
+    let offsets = shapes.iter().zip(weights).map(|(s, w)| w / total * (s.shape.centre - first));
+    first + offsets.sum::<DVec3>()
 }
 
 /// Returns the format of a coefficient file by its beginning; a mesh is none, whatever its

@@ -4,7 +4,6 @@ use harmolux::io::coefficients::SeriesFormat;
 use harmolux::io::input::Input;
 use harmolux::io::meshes::{self, MeshFormat};
 use harmolux::io::output::Output;
-use harmolux::math::Unit;
 use harmolux::{Error, Result};
 use serde_json::json;
 
@@ -34,7 +33,7 @@ fn convert(verb: &Convert, as_json: bool) -> Result<Code> {
         )));
     }
     let mesh = read_surface(input)?.0;
-    let mesh = mesh.scaled(verb.reading.unit.map_or(1.0, Unit::metres))?;
+    let mesh = mesh.scaled(verb.reading.metres())?;
     let bytes = meshes::encode(&mesh, format)?;
     output.write(&bytes)?;
     let [vertices, faces] = [mesh.positions().len(), mesh.triangles().len()];

@@ -1,7 +1,6 @@
 //! `harmolux fit` of several meshes: a folder of coefficient files, one table of all fits, and one of
 //! all shapes where it is asked for.
 
-use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -109,20 +108,15 @@ fn tasks(
     mut shapes: Option<&mut ShapeRows>,
 ) -> Result<Vec<Task>> {
     let verb = asked.verb;
-    let mut taken: HashMap<PathBuf, &Path> = HashMap::new();
-    let mut all = Vec::new();
-    for mesh in &verb.meshes {
+    let file = |mesh: &PathBuf| {
         let mut name = mesh.file_stem().unwrap_or_default().to_owned();
         name.push(".txt");
-        let path = verb.output.join(name);
-        if let Some(other) = taken.insert(path.clone(), mesh) {
-            return Err(Error::Parameter(format!(
-                "{} and {} would both be written to {}: fit them into different folders",
-                other.display(),
-                mesh.display(),
-                path.display()
-            )));
-        }
+        verb.output.join(name)
+    };
+    let paths: Vec<PathBuf> = verb.meshes.iter().map(file).collect();
+    folders::require_apart(&verb.meshes, &paths, "fit")?;
+    let mut all = Vec::new();
+    for (mesh, path) in verb.meshes.iter().zip(paths) {
         let first = [name_of(mesh)];
         let key = || asked.key_of(&files(mesh)?);
         let done = table.done(&first, key)?.filter(|_| path.is_file());

@@ -226,10 +226,8 @@ fn fit_mesh(verb: &Fit, path: &Path, mut input: Input) -> Result<(Fitted, FilesR
         );
         return Err(Error::Parameter(text));
     }
-    if verb.weights {
-        let text = format!("{}: a mesh has no weights: leave out `--weights`", path.display());
-        return Err(Error::Parameter(text));
-    }
+    let why = format!("{}: a mesh has no weights", shown_path(path));
+    idle::refuse(&why, &[(verb.weights, "--weights")])?;
     let settings = settings(verb, ProjectionName::Conforming)?;
     let MeshRead { mesh, files, .. } = read_mesh(input, &verb.habits)?;
     let fitted = fit(&mesh, &settings);

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{ask_for, icosphere::icosphere};
 use crate::Result;
 use crate::mesh::Mesh;
-use crate::sh::{Coefficients, Series};
+use crate::sh::{Coefficients, Evaluator};
 
 /// How many parts of an edge of the icosahedron each degree takes: the finest wave of a series has
 /// some 30 of them.
@@ -26,7 +26,7 @@ pub fn parametric_mesh(set: &[Coefficients; 3]) -> Result<Mesh> {
     let frequency = (PARTS * set[0].lmax()).clamp(FEWEST, MOST);
     ask_for(20 * frequency * frequency)?;
     let sphere = icosphere(frequency);
-    let [x, y, z] = [Series::new(&set[0])?, Series::new(&set[1])?, Series::new(&set[2])?];
+    let [x, y, z] = [Evaluator::new(&set[0])?, Evaluator::new(&set[1])?, Evaluator::new(&set[2])?];
     let point = |w: &DVec3| DVec3::new(x.value(*w), y.value(*w), z.value(*w));
     let points = sphere.directions.par_iter().map(point).collect();
     let mesh = Mesh::new(points, sphere.triangles)?;

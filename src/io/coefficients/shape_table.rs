@@ -18,7 +18,7 @@ use crate::error::{Advice, InputError};
 use crate::fit::Shape;
 use crate::io::output::SOFTWARE;
 use crate::io::tables::{Cell, Table, line_of};
-use crate::sh::{Convention, Normalisation};
+use crate::sh::{Convention, Normalisation, places as places_of_series};
 use crate::{Error, Result};
 
 /// The first columns of our layout.
@@ -92,7 +92,7 @@ pub fn parse(
 ) -> Result<Shape> {
     let mut reader = csv::Reader::from_reader(bytes);
     let header = Header::read(path, bytes, format, options, &mut reader)?;
-    let record = choose(path, &mut reader, options.row)?;
+    let record = choose((path, bytes), &mut reader, options.row)?;
     Ok(header.shape(&record, options.row.unwrap_or(1))?.1)
 }
 
@@ -111,7 +111,7 @@ pub fn parse_all(
     let rows = reader
         .records()
         .enumerate()
-        .map(|(i, record)| header.shape(&record.map_err(|e| broken(path, &e))?, i + 1));
+        .map(|(i, record)| header.shape(&record.map_err(|e| broken(path, bytes, &e))?, i + 1));
     let rows: Vec<_> = rows.collect::<Result<_>>()?;
     if rows.is_empty() {
         return Err(InputError::new(path, "the table has no rows").into());
@@ -123,7 +123,7 @@ pub fn parse_all(
 pub(super) fn convention(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Convention> {
     let mut reader = csv::Reader::from_reader(bytes);
     let header = Header::read(path, bytes, SeriesFormat::Table, options, &mut reader)?;
-    header.convention(&choose(path, &mut reader, options.row)?)
+    header.convention(&choose((path, bytes), &mut reader, options.row)?)
 }
 
 /// Whether a text begins with the header of our layout.
@@ -135,9 +135,7 @@ fn places(format: SeriesFormat, lmax: usize) -> Vec<Place> {
     if format == SeriesFormat::Aics {
         return aics_csv::places(lmax);
     }
-    let pair = |(l, m)| [(l, m, false), (l, m, true)];
-    let all = (0..=lmax).flat_map(|l| (0..=l).map(move |m| (l, m))).flat_map(pair);
-    all.filter(|(_, m, sine)| !(*sine && *m == 0)).collect()
+    places_of_series(lmax).collect()
 }
 
 fn column(format: SeriesFormat, place: Place) -> String {
@@ -163,6 +161,8 @@ struct Header<'a> {
     format: SeriesFormat,
     told: Option<Convention>,
     names: StringRecord,
+    /// The column that names the rows.
+    name: Option<usize>,
     columns: BTreeMap<Place, usize>,
     lmax: usize,
 }
@@ -180,11 +180,13 @@ impl<'a> Header<'a> {
             let message = "the columns say that their unit is the metre";
             return Err(InputError::new(path, message).advise(Advice::LeaveOutUnit).into());
         }
-        let names = reader.headers().map_err(|e| broken(path, &e))?.clone();
+        let names = reader.headers().map_err(|e| broken(path, bytes, &e))?.clone();
         let wrong = |message: String| InputError::new(path, message).at(1, None);
         let columns = places_of(format, &names).map_err(wrong)?;
         let lmax = degree(format, &columns).map_err(wrong)?;
-        let header = Self { path, bytes, format, told: options.convention, names, columns, lmax };
+        let told = options.convention;
+        let name = name_column(&names, &columns);
+        let header = Self { path, bytes, format, told, names, name, columns, lmax };
         header.check_centre().map_err(|message| InputError::new(path, message).at(1, None))?;
         Ok(header)
     }
@@ -200,12 +202,7 @@ impl<'a> Header<'a> {
         let series = convention.and_then(|found| collect(self.path, self.lmax, found, pair));
         let centre = self.centre(record, number, line)?;
         let shape = Shape { centre, ..Shape::new(series.map_err(|e| on_line(e, line))?) };
-        let is_free = |i: &usize| {
-            let is_own = FIRST[1..].contains(&self.names[*i].trim());
-            !is_own && self.columns.values().all(|used| used != i)
-        };
-        let column = self.place_of(FIRST[0]).or_else(|| (0..record.len()).find(is_free));
-        let name = column.and_then(|i| record.get(i)).unwrap_or_default().trim();
+        let name = self.name.and_then(|i| record.get(i)).unwrap_or_default().trim();
         let name = if name.is_empty() { format!("row {number}") } else { name.to_owned() };
         Ok((name, shape))
     }
@@ -323,6 +320,14 @@ fn places_of(
     Ok(columns)
 }
 
+/// Finds the column `name`, or else the first that says nothing else.
+fn name_column(header: &StringRecord, columns: &BTreeMap<Place, usize>) -> Option<usize> {
+    let used: BTreeSet<usize> = columns.values().copied().collect();
+    let is_free = |i: &usize| !used.contains(i) && !FIRST[1..].contains(&header[*i].trim());
+    let named = header.iter().position(|name| name.trim() == FIRST[0]);
+    named.or_else(|| (0..header.len()).find(is_free))
+}
+
 /// Finds lmax, and checks that every coefficient has its column (a sine of order 0 need not).
 fn degree(format: SeriesFormat, columns: &BTreeMap<Place, usize>) -> Result<usize, String> {
     let (&(lmax, ..), _) = columns.last_key_value().ok_or_else(|| {
@@ -330,31 +335,22 @@ fn degree(format: SeriesFormat, columns: &BTreeMap<Place, usize>) -> Result<usiz
         format!("this is no table of shapes: none has the column `{first}`")
     })?;
     // The columns that are there bound this search, whatever degree one of them names.
-    for l in 0..=lmax {
-        for m in 0..=l {
-            for sine in [false, true] {
-                if !(columns.contains_key(&(l, m, sine)) || sine && m == 0) {
-                    return Err(format!(
-                        "the column `{}` is missing",
-                        column(format, (l, m, sine))
-                    ));
-                }
-            }
-        }
+    match places_of_series(lmax).find(|place| !columns.contains_key(place)) {
+        Some(place) => Err(format!("the column `{}` is missing", column(format, place))),
+        None => Ok(lmax),
     }
-    Ok(lmax)
 }
 
 /// Reads the row that is asked for, or the only one.
 fn choose(
-    path: &Path,
+    (path, bytes): (&Path, &[u8]),
     reader: &mut csv::Reader<&[u8]>,
     number: Option<usize>,
 ) -> Result<StringRecord> {
     let mut chosen = None;
     let mut count = 0;
     for record in reader.records() {
-        let record = record.map_err(|e| broken(path, &e))?;
+        let record = record.map_err(|e| broken(path, bytes, &e))?;
         count += 1;
         if number.is_none_or(|number| number == count) {
             chosen = Some(record);
@@ -375,7 +371,7 @@ fn choose(
     }
 }
 
-fn broken(path: &Path, error: &csv::Error) -> Error {
+fn broken(path: &Path, bytes: &[u8], error: &csv::Error) -> Error {
     let message = match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
             format!("{len} cells, where the header has {expected_len}")
@@ -384,7 +380,7 @@ fn broken(path: &Path, error: &csv::Error) -> Error {
         _ => error.to_string(),
     };
     let mut input = InputError::new(path, message);
-    input.line = error.position().map(|position| position.line() as usize);
+    input.line = Some(line_of(bytes, error.position()));
     input.into()
 }
 
@@ -512,6 +508,7 @@ mod tests {
             ),
             (format!("{header}b,full,1,0,0,0,1,0,0,0\n"), "a.csv:2: `full` is not a normalisation"),
             (format!("{header}{good}b,4pi,1,0\n"), "a.csv:3: 4 cells, where the header has 10"),
+            (format!("{header}{good}b,4pi,1,0\n").replace('\n', "\r\n"), "a.csv:3: 4 cells"),
             (format!("{header}{good}b,4pi,1,0"), "a.csv:3: the last line has no end"),
             (
                 "centre_x_m,centre_z_m,C0_0_m\n0,0,1\n".to_owned(),

@@ -17,7 +17,7 @@ use self::farthest::{Aim, Apart, farthest_point};
 use self::side::Side;
 use crate::fit::{Resolution, Shape, surface_mesh};
 use crate::mesh::Mesh;
-use crate::sh::{Evaluator, difference};
+use crate::sh::difference;
 use crate::{Error, Result};
 
 pub use farthest::{FarthestPoint, Limit};
@@ -191,13 +191,13 @@ impl<'a> Pair<'a> {
     /// # Errors
     /// As [`crate::fit::tessellate`].
     pub fn distance_map(&self) -> Result<DistanceMap> {
-        let mesh = match self.subjects[0] {
-            Subject::Series(shape) => {
+        let mesh = match &self.sides[0].smooth {
+            Some(smooth) => {
                 let tolerance = MAP_ERROR * side::size(self.subjects[0]);
-                let series = Evaluator::new(&shape.coefficients)?;
-                surface_mesh(&series, Resolution::Adaptive { tolerance })?.translated(shape.centre)
+                let mesh = surface_mesh(&smooth.series, Resolution::Adaptive { tolerance })?;
+                mesh.translated(smooth.centre)
             }
-            Subject::Mesh(mesh) => mesh.clone(),
+            None => self.sides[0].mesh().clone(),
         };
         let normals = vertex_normals(&mesh);
         let distance = |(p, normal): (&DVec3, &DVec3)| {

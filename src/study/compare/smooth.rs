@@ -21,7 +21,7 @@ use crate::sh::{Bounds, Evaluator};
 /// A series as a surface about its centre.
 pub(super) struct Smooth {
     pub(super) series: Evaluator,
-    centre: DVec3,
+    pub(super) centre: DVec3,
     /// Bounds the second derivative of its points along great circles.
     bend: f64,
     /// Bounds what a point of it may be off.

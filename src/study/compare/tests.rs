@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::fit::{Resolution, tessellate};
-use crate::sh::Coefficients;
+use crate::sh::{Coefficients, Evaluator};
 
 const DEFAULT: CompareSettings = CompareSettings { width: None, centre: DVec3::ZERO };
 
