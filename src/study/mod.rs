@@ -11,12 +11,11 @@ mod load;
 mod on_surface;
 mod requirements;
 mod sensors;
+mod settings;
 mod shared_surfaces;
 mod solids;
 mod stage;
 mod sweep;
-#[cfg(feature = "plots")]
-mod sweep_figure;
 mod view;
 mod warnings;
 
@@ -30,9 +29,10 @@ pub use known::known_illuminance;
 pub use load::{DetailedObject, FittedObject, Loaded, camera, load, load_for_camera};
 pub use requirements::{Judged, Verdict, judge};
 pub use sensors::SensorGroup;
+pub use settings::{image_settings, sensor_settings};
 pub use shared_surfaces::Preparation;
 pub use stage::{LoadingObserver, LoadingStage};
-pub use sweep::{SweepRow, SweptSeries, sweep_degree, sweep_mesh};
+pub use sweep::{Column, Original, Rendition, Rivals, Sweep, SweepRow, SweepSettings};
 #[cfg(feature = "plots")]
-pub use sweep_figure::sweep_figure;
+pub use sweep::sweep_figures;
 pub use view::check_view;

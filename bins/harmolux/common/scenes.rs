@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use harmolux::Result;
 use harmolux::error::shown;
-use harmolux::estimators::Stop;
 use harmolux::io::scene_file::{SceneFile, StopSpec, split_override};
 use harmolux::scene::Camera;
 use harmolux::study::{FittedObject, Loaded, LoadingStage, Preparation, load_for_camera};
@@ -60,15 +59,14 @@ fn tell(loaded: Loaded) -> Loaded {
 
 /// Takes the stop of the scene file; a quick look takes a tenth of the walks, which is sqrt(10)
 /// times the error.
-pub(crate) fn stop(spec: StopSpec, quick: bool) -> Stop {
-    let StopSpec { relative_error, time, walks } = spec;
+pub(crate) fn stop(spec: StopSpec, quick: bool) -> StopSpec {
     if !quick {
-        return Stop { relative_error, time, walks };
+        return spec;
     }
-    Stop {
-        relative_error: relative_error.map(|e| e * 10.0_f64.sqrt()),
-        time,
-        walks: walks.map(|w| w.div_ceil(10)),
+    StopSpec {
+        relative_error: spec.relative_error.map(|e| e * 10.0_f64.sqrt()),
+        time: spec.time,
+        walks: spec.walks.map(|w| w.div_ceil(10)),
     }
 }
 

@@ -1,43 +1,29 @@
 //! Surveys of light as several verbs settle, end and report them.
 
-use harmolux::estimators::{
-    Ending, Estimator, RadiositySettings, SensorSettings, Stop, Survey, Weighting,
-};
+use harmolux::estimators::{Ending, RadiositySettings, SensorSettings, Stop, Survey};
 use harmolux::io::output::Stage;
-use harmolux::io::scene_file::{IllumEstimator, IllumSpec};
-use harmolux::math::Randomness;
+use harmolux::io::scene_file::IllumSpec;
 use harmolux::math::stats::Estimate;
 use harmolux::scene::Scene;
+use harmolux::study::sensor_settings;
 
 use super::exit::Code;
 use super::flags::SceneArguments;
 use super::scenes::stop;
 use super::{progress, say};
 
-/// Settles how illuminance is computed.
+/// Settles how illuminance is computed; a quick look has a tenth of the walks, or of the pairs of
+/// patches.
 pub(crate) fn settings(spec: &IllumSpec, scene: &Scene, common: &SceneArguments) -> SensorSettings {
-    let mut stop = stop(spec.stop, common.quick);
-    let estimator = match spec.estimator {
-        IllumEstimator::Local => Estimator::Local(Weighting::of(scene)),
-        IllumEstimator::Path => Estimator::Path,
-        IllumEstimator::Photon => Estimator::Photon { radius: spec.radius },
-        IllumEstimator::Radiosity => {
-            // Where no error is known none can be asked for.
-            stop = Stop { relative_error: None, walks: None, ..stop };
-            let default = RadiositySettings::default();
-            let patches = spec.patches.unwrap_or(default.patches);
-            // A tenth of the walks is a tenth of the pairs of patches.
-            let patches = if common.quick { patches.div_ceil(3) } else { patches };
-            Estimator::Radiosity(RadiositySettings { patches, ..default })
-        }
+    let patches = spec.patches.unwrap_or(RadiositySettings::default().patches);
+    let patches = if common.quick { patches.div_ceil(3) } else { patches };
+    let spec = IllumSpec {
+        stop: stop(spec.stop, common.quick),
+        seed: common.seed.unwrap_or(spec.seed),
+        patches: Some(patches),
+        ..spec.clone()
     };
-    // Counts are whole numbers: evenly spread walks can give all replicates the same one, and an
-    // interval without width.
-    let randomness = match estimator {
-        Estimator::Photon { .. } => Randomness::Pseudorandom,
-        _ => Randomness::Sobol,
-    };
-    SensorSettings { estimator, randomness, seed: common.seed.unwrap_or(spec.seed), stop }
+    sensor_settings(&spec, scene)
 }
 
 /// Says how a run ended: a target error that was not met is told by the exit code.

@@ -171,7 +171,7 @@ fn outcome(survey: &Survey, asked: Stop, counts: &[bool], groups: &[Group]) -> C
 /// Says when a run ends of which nothing is said: at one per cent, or after 2^18 walks.
 fn unasked(quick: bool) -> Stop {
     let spec = StopSpec { relative_error: Some(0.01), time: None, walks: Some(1 << 18) };
-    stop(spec, quick)
+    stop(spec, quick).into()
 }
 
 fn is_line(spec: &SensorSpec) -> bool {

@@ -10,15 +10,13 @@ use std::path::PathBuf;
 use clap::Args;
 use harmolux::error::shown;
 use harmolux::estimators::{
-    Checkpointer, Ending, Estimator, ImageSettings, Progress, Rendering, SHARE_WITHIN, Weighting,
-    resume,
+    Checkpointer, Ending, ImageSettings, Progress, Rendering, SHARE_WITHIN, resume,
 };
 use harmolux::fit::{mesh_bytes, series_bytes};
 use harmolux::io::output::Output;
-use harmolux::io::scene_file::{RenderEstimator, RenderSpec, SceneFile};
-use harmolux::math::Randomness;
+use harmolux::io::scene_file::{RenderSpec, SceneFile};
 use harmolux::scene::{Camera, Film, Layer, Scene, Window};
-use harmolux::study::{FittedObject, Loaded, camera, check_view};
+use harmolux::study::{FittedObject, Loaded, camera, check_view, image_settings};
 use harmolux::{Error, Result};
 use serde_json::json;
 
@@ -176,18 +174,12 @@ fn nothing_done(rendering: &Rendering) -> Code {
 }
 
 fn settings(spec: &RenderSpec, scene: &Scene, common: &SceneArguments) -> ImageSettings {
-    ImageSettings {
-        estimator: match spec.estimator {
-            RenderEstimator::DoubleLocal => Estimator::Local(Weighting::of(scene)),
-            RenderEstimator::DoubleLocalA => Estimator::Local(Weighting::Walk),
-            RenderEstimator::DoubleLocalB => Estimator::Local(Weighting::Gather),
-            RenderEstimator::Path => Estimator::Path,
-        },
-        randomness: Randomness::Sobol,
-        seed: common.seed.unwrap_or(spec.seed),
+    let spec = RenderSpec {
         stop: stop(spec.stop, common.quick),
-        filter: spec.filter,
-    }
+        seed: common.seed.unwrap_or(spec.seed),
+        ..spec.clone()
+    };
+    image_settings(&spec, scene)
 }
 
 /// Puts what the command line says of the picture in the place of what the scene says.

@@ -1,0 +1,307 @@
+//! What a truncation degree costs and buys, beside the original: errors of shape, bytes as files and
+//! as traced, times, and the mesh decimated to as many bytes.
+
+mod decimation;
+#[cfg(feature = "plots")]
+mod figures;
+mod row;
+mod storage;
+mod timing;
+
+use std::time::Instant;
+
+use glam::DVec3;
+use rayon::ThreadPool;
+
+#[cfg(feature = "plots")]
+pub use figures::sweep_figures;
+pub use row::{Column, Rendition, SweepRow};
+
+use self::decimation::Decimation;
+use self::timing::{Timer, quartiles, reach};
+use super::{CompareSettings, Comparison, Subject, compare};
+use crate::fit::{Fit, FitSettings, Measures, Shape, fit, series_bytes};
+use crate::mesh::Mesh;
+use crate::sh::PrincipalAxes;
+use crate::surface::{Intersector, MeshSurface, ShSurface, Surface};
+use crate::{Error, Result};
+
+/// Holds what is swept.
+#[derive(Debug, Clone)]
+pub enum Original {
+    /// A mesh, metres: every degree is a fit.
+    Mesh(Mesh),
+    /// A series: every degree is cut from it.
+    Series(Shape),
+}
+
+impl Original {
+    /// Returns it as one of two shapes that are compared.
+    pub const fn subject(&self) -> Subject<'_> {
+        match self {
+            Self::Mesh(mesh) => Subject::Mesh(mesh),
+            Self::Series(shape) => Subject::Series(shape),
+        }
+    }
+}
+
+/// Sets a sweep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SweepSettings {
+    /// How a mesh is fitted; its degree does not count.
+    pub fit: FitSettings,
+    /// How wide the interval of the Hausdorff distance may be, metres; see
+    /// [`CompareSettings::width`].
+    pub width: Option<f64>,
+}
+
+/// A sweep made ready: every line is measured by itself, in any order.
+pub struct Sweep {
+    original: Original,
+    settings: SweepSettings,
+    /// The expansion centre of all degrees.
+    centre: DVec3,
+    /// Whether the mesh is star-shaped about it.
+    star: bool,
+    mean_radius: f64,
+    /// The original about the centre.
+    surface: Box<dyn Surface>,
+    timer: Timer,
+    measures: Option<Measures>,
+    /// One thread.
+    pool: ThreadPool,
+}
+
+/// How often what is not a ray is timed, as long as that takes less than [`PATIENCE`] seconds.
+const REPEATS: usize = 5;
+const PATIENCE: f64 = 0.3;
+
+impl Sweep {
+    /// Makes a sweep ready.
+    ///
+    /// # Errors
+    /// As [`fit`] and [`MeshSurface::new`] of a mesh, [`ShSurface::new`] of a series.
+    pub fn new(original: Original, settings: SweepSettings) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let pool = pool.map_err(|e| Error::Numeric(format!("no thread to time on: {e}")))?;
+        let (centre, star, mean_radius) = match &original {
+            Original::Mesh(mesh) => {
+                let ball = fit(mesh, &FitSettings { lmax: 0, ..settings.fit })?;
+                (ball.centre, ball.folds.is_none(), ball.coefficients.mean())
+            }
+            Original::Series(shape) => (shape.centre, true, shape.coefficients.mean()),
+        };
+        let (surface, radius): (Box<dyn Surface>, f64) = match &original {
+            Original::Mesh(mesh) => {
+                let moved = mesh.translated(-centre);
+                let radius = reach(moved.used_positions());
+                (Box::new(MeshSurface::new(moved)?), radius)
+            }
+            Original::Series(shape) => {
+                let surface = ShSurface::new(&shape.coefficients, Intersector::default())?;
+                let radius = surface.body().bounds().max;
+                (Box::new(surface), radius)
+            }
+        };
+        let measures = match &original {
+            Original::Mesh(mesh) => Measures::of_mesh(mesh),
+            Original::Series(shape) => Measures::of_shape(shape),
+        };
+        let (timer, measures) = (Timer::new(radius), measures.ok());
+        Ok(Self { original, settings, centre, star, mean_radius, surface, timer, measures, pool })
+    }
+
+    /// Returns what is swept.
+    pub const fn original(&self) -> &Original {
+        &self.original
+    }
+
+    /// Measures the original itself.
+    ///
+    /// # Errors
+    /// As [`Sweep::new`].
+    pub fn measure_original(&self) -> Result<SweepRow> {
+        let degree = match &self.original {
+            Original::Mesh(_) => None,
+            Original::Series(shape) => Some(shape.coefficients.lmax()),
+        };
+        let mut row = SweepRow::new(Rendition::Original, degree);
+        for column in [
+            Column::RelativeRms,
+            Column::RelativeMax,
+            Column::HausdorffLower,
+            Column::HausdorffUpper,
+            Column::NormalMean,
+            Column::Normal95,
+            Column::VolumeError,
+            Column::AreaError,
+            Column::InertiaError,
+        ] {
+            row[column] = 0.0;
+        }
+        match &self.original {
+            Original::Mesh(mesh) => {
+                storage::mesh(&mut row, mesh)?;
+                let made = || MeshSurface::new(mesh.translated(-self.centre));
+                let (surface, ms) = self.pool.install(|| timed(made))?;
+                row[Column::BytesTraced] = surface.bytes() as f64;
+                row[Column::Prepare] = ms;
+            }
+            Original::Series(shape) => {
+                storage::series(&mut row, shape, 0.0)?;
+                self.prepare(shape, &mut row)?;
+            }
+        }
+        self.timer.measure(&*self.surface, &*self.surface, &mut row);
+        Ok(row)
+    }
+
+    /// Fits or cuts the series of a degree and measures it.
+    ///
+    /// # Errors
+    /// As [`fit`]; [`Error::Geometry`] when its radius is not positive everywhere;
+    /// [`Error::Parameter`] for a degree above that of the original series.
+    pub fn measure_degree(&self, degree: usize) -> Result<(Shape, SweepRow)> {
+        let mut row = SweepRow::new(Rendition::Series, Some(degree));
+        let (shape, rms) = match &self.original {
+            Original::Mesh(mesh) => {
+                let fitted = self.fit(mesh, degree, &mut row)?;
+                let Fit { coefficients, centre, error, .. } = fitted;
+                row[Column::RelativeRms] = error.rms / coefficients.mean();
+                row[Column::RelativeMax] = error.max / coefficients.mean();
+                let shape = Shape { centre, ..Shape::new(coefficients) };
+                (shape, Some(error.rms))
+            }
+            Original::Series(shape) => (cut(shape, degree)?, None),
+        };
+        let surface = self.prepare(&shape, &mut row)?;
+        self.timer.measure(&surface, &*self.surface, &mut row);
+        let found = self.compare(Subject::Series(&shape), &mut row)?;
+        let rms = rms.or_else(|| found.radial.as_ref().ok().map(|r| r.rms)).unwrap_or_default();
+        self.inertia(Measures::of_shape(&shape), &mut row);
+        storage::series(&mut row, &shape, rms)?;
+        Ok((shape, row))
+    }
+
+    /// Starts to decimate the mesh to the bytes of series; `None` when a series is swept.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] for more than is free.
+    pub fn rivals(&self) -> Result<Option<Rivals<'_>>> {
+        match &self.original {
+            Original::Mesh(mesh) => {
+                let decimation = Decimation::new(mesh, self.centre, self.star)?;
+                Ok(Some(Rivals { sweep: self, decimation }))
+            }
+            Original::Series(_) => Ok(None),
+        }
+    }
+
+    /// Fits the mesh, and times that.
+    fn fit(&self, mesh: &Mesh, degree: usize, row: &mut SweepRow) -> Result<Fit> {
+        let settings = FitSettings { lmax: degree, ..self.settings.fit };
+        let mut times = Vec::new();
+        loop {
+            let fitted = self.pool.install(|| fit(mesh, &settings))?;
+            times.push(1e3 * fitted.projection_time.as_secs_f64());
+            if times.len() >= REPEATS || times.iter().sum::<f64>() > 1e3 * PATIENCE {
+                row[Column::Fit] = quartiles(times)[1];
+                return Ok(fitted);
+            }
+        }
+    }
+
+    /// Makes a series ready for rays, and times that.
+    fn prepare(&self, shape: &Shape, row: &mut SweepRow) -> Result<ShSurface> {
+        let made = || ShSurface::new(&shape.coefficients, Intersector::default());
+        let (surface, ms) = self.pool.install(|| timed(made))?;
+        row[Column::BytesTraced] = surface.patch_bytes() as f64;
+        row[Column::Prepare] = ms;
+        Ok(surface)
+    }
+
+    /// Compares a shape with the original, as `diff` does.
+    fn compare(&self, shape: Subject, row: &mut SweepRow) -> Result<Comparison> {
+        let settings = CompareSettings { width: self.settings.width, centre: self.centre };
+        let found = compare(shape, self.original.subject(), &settings)?;
+        row[Column::HausdorffLower] = found.hausdorff.lower;
+        row[Column::HausdorffUpper] = found.hausdorff.upper;
+        row[Column::NormalMean] = found.normals.mean.to_degrees();
+        row[Column::Normal95] = found.normals.percentile_95.to_degrees();
+        row[Column::AreaError] = found.areas[0] / found.areas[1] - 1.0;
+        if let [Some(own), Some(original)] = found.volumes {
+            row[Column::VolumeError] = own / original - 1.0;
+        }
+        if row[Column::RelativeRms].is_nan()
+            && let Ok(radial) = &found.radial
+        {
+            row[Column::RelativeRms] = radial.rms / self.mean_radius;
+            row[Column::RelativeMax] = radial.max / self.mean_radius;
+        }
+        Ok(found)
+    }
+
+    fn inertia(&self, own: Result<Measures>, row: &mut SweepRow) {
+        let (Ok(own), Some(original)) = (own, &self.measures) else { return };
+        let moments = |measures: &Measures| -> [f64; 3] {
+            let PrincipalAxes { moments, .. } = measures.principal;
+            moments
+        };
+        let pairs = moments(&own).into_iter().zip(moments(original));
+        row[Column::InertiaError] = pairs.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+    }
+}
+
+/// A mesh that is decimated to the bytes of series, from the highest degree down.
+pub struct Rivals<'a> {
+    sweep: &'a Sweep,
+    decimation: Decimation,
+}
+
+impl Rivals<'_> {
+    /// Decimates the mesh to the bytes of the series of a degree, both in f32, and measures what is
+    /// left; `None` where the mesh itself takes no more. The degrees of calls descend.
+    ///
+    /// # Errors
+    /// As [`compare`](super::compare()).
+    pub fn measure(&mut self, degree: usize) -> Result<Option<SweepRow>> {
+        let sweep = self.sweep;
+        let target = storage::vertices_for(series_bytes(degree)).max(4);
+        let mesh = self.decimation.down_to(target)?;
+        if mesh.positions().len() > target {
+            return Ok(None);
+        }
+        let mut row = SweepRow::new(Rendition::Decimated, Some(degree));
+        storage::mesh(&mut row, &mesh)?;
+        let made = || MeshSurface::new(mesh.translated(-sweep.centre));
+        let (surface, ms) = sweep.pool.install(|| timed(made))?;
+        (row[Column::BytesTraced], row[Column::Prepare]) = (surface.bytes() as f64, ms);
+        sweep.timer.measure(&surface, &*sweep.surface, &mut row);
+        sweep.compare(Subject::Mesh(&mesh), &mut row)?;
+        sweep.inertia(Measures::of_mesh(&mesh), &mut row);
+        Ok(Some(row))
+    }
+}
+
+fn cut(shape: &Shape, degree: usize) -> Result<Shape> {
+    let highest = shape.coefficients.lmax();
+    if degree <= highest {
+        return Ok(shape.truncated(degree));
+    }
+    Err(Error::Parameter(format!(
+        "degree {degree} is above {highest}, that of the file: ask for none above it"
+    )))
+}
+
+/// Makes something until its time is known, milliseconds: the median.
+fn timed<T>(make: impl Fn() -> Result<T>) -> Result<(T, f64)> {
+    let mut times = Vec::new();
+    loop {
+        let started = Instant::now();
+        let made = make()?;
+        times.push(1e3 * started.elapsed().as_secs_f64());
+        if times.len() >= REPEATS || times.iter().sum::<f64>() > 1e3 * PATIENCE {
+            return Ok((made, quartiles(times)[1]));
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! How long rays take: a surface and the original in turns, one thread, the same rays for all.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use glam::DVec3;
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::row::{Column, SweepRow};
+use crate::math::{Ray, sampling};
+use crate::surface::{Hit, Surface};
+
+/// Rays that are timed, and how many make a batch.
+const RAYS: usize = 8192;
+const BATCH: usize = 1024;
+/// Turns of each surface.
+const TURNS: usize = 21;
+
+/// The rays of a sweep: random chords of a ball, and the same between its points.
+pub(super) struct Timer {
+    chords: Vec<Ray>,
+    segments: Vec<Ray>,
+}
+
+/// Names what is timed.
+#[derive(Clone, Copy)]
+enum Task {
+    Hit,
+    HitBatch,
+    Blocked,
+    BlockedBatch,
+}
+
+impl Task {
+    const ALL: [(Self, [Column; 4]); 4] = [
+        (Self::Hit, [Column::Hit, Column::HitLow, Column::HitHigh, Column::HitRatio]),
+        (
+            Self::HitBatch,
+            [Column::HitBatch, Column::HitBatchLow, Column::HitBatchHigh, Column::HitBatchRatio],
+        ),
+        (
+            Self::Blocked,
+            [Column::Blocked, Column::BlockedLow, Column::BlockedHigh, Column::BlockedRatio],
+        ),
+        (
+            Self::BlockedBatch,
+            [
+                Column::BlockedBatch,
+                Column::BlockedBatchLow,
+                Column::BlockedBatchHigh,
+                Column::BlockedBatchRatio,
+            ],
+        ),
+    ];
+}
+
+impl Timer {
+    /// Draws the rays: lines through two points uniform on the ball about the origin.
+    pub(super) fn new(radius: f64) -> Self {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let mut point = || radius * sampling::uniform_sphere(rng.random());
+        let segments: Vec<Ray> =
+            (0..RAYS).filter_map(|_| Ray::between(point(), point())).collect();
+        let chords = segments.iter().map(|ray| ray.up_to(f64::INFINITY)).collect();
+        Self { chords, segments }
+    }
+
+    /// Times a surface in turns with the original.
+    pub(super) fn measure(&self, surface: &dyn Surface, original: &dyn Surface, row: &mut SweepRow) {
+        for (task, [median, low, high, ratio]) in Task::ALL {
+            let turn = |surface| self.turn(task, surface);
+            // What is not in the cache yet is fetched.
+            (turn(surface), turn(original));
+            let turns: Vec<[f64; 2]> =
+                (0..TURNS).map(|_| [turn(surface), turn(original)]).collect();
+            let own = quartiles(turns.iter().map(|[own, _]| *own));
+            [row[low], row[median], row[high]] = own;
+            row[ratio] = quartiles(turns.iter().map(|[own, other]| own / other))[1];
+        }
+        let hits: Vec<Hit> = self.chords.iter().filter_map(|ray| surface.hit(ray)).collect();
+        let refine = |_| {
+            per_item(hits.len(), || {
+                for hit in &hits {
+                    black_box(surface.refine(black_box(hit)));
+                }
+            })
+        };
+        let refined = quartiles((0..TURNS).map(refine));
+        [row[Column::RefineLow], row[Column::Refine], row[Column::RefineHigh]] = refined;
+    }
+
+    /// Does a task once over all rays; returns nanoseconds a ray.
+    fn turn(&self, task: Task, surface: &dyn Surface) -> f64 {
+        let mut hits = vec![None; BATCH];
+        let mut blocked = vec![false; BATCH];
+        per_item(self.chords.len(), || match task {
+            Task::Hit => self.chords.iter().for_each(|ray| {
+                black_box(surface.hit(black_box(ray)));
+            }),
+            Task::Blocked => self.segments.iter().for_each(|ray| {
+                black_box(surface.blocked(black_box(ray)));
+            }),
+            Task::HitBatch => self.chords.chunks(BATCH).for_each(|rays| {
+                surface.hits(black_box(rays), &mut hits[..rays.len()]);
+                black_box(&hits);
+            }),
+            Task::BlockedBatch => self.segments.chunks(BATCH).for_each(|rays| {
+                blocked.fill(false);
+                surface.mark_blocked(black_box(rays), &mut blocked[..rays.len()]);
+                black_box(&blocked);
+            }),
+        })
+    }
+}
+
+/// Times what is done to so many things; nanoseconds each.
+fn per_item(count: usize, work: impl FnOnce()) -> f64 {
+    let started = Instant::now();
+    work();
+    started.elapsed().as_secs_f64() * 1e9 / count.max(1) as f64
+}
+
+/// Returns the first quartile, the median and the third; NaN of nothing.
+pub(super) fn quartiles(values: impl IntoIterator<Item = f64>) -> [f64; 3] {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    [1, 2, 3].map(|quarter| {
+        let place = quarter * values.len().saturating_sub(1);
+        values.get((place + 2) / 4).copied().unwrap_or(f64::NAN)
+    })
+}
+
+/// Returns the bounding radius about the origin of what stands there.
+pub(super) fn reach(points: impl IntoIterator<Item = DVec3>) -> f64 {
+    points.into_iter().map(DVec3::length).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quartiles_of_a_sequence() {
+        assert_eq!(quartiles((1..=21).map(f64::from)), [6.0, 11.0, 16.0]);
+        assert_eq!(quartiles([3.0]), [3.0; 3]);
+        assert!(quartiles([])[1].is_nan());
+    }
+}
