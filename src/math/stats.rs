@@ -74,6 +74,12 @@ impl Estimate {
 /// Returns the two-sided critical value of Student's t: |T| exceeds it with probability `alpha`
 /// (infinite for no degree of freedom).
 pub fn student_t(alpha: f64, degrees: usize) -> f64 {
+    // Far out the quantiles of one and two degrees are beyond what `statrs` finds.
+    match degrees {
+        1 => return 1.0 / (0.5 * std::f64::consts::PI * alpha).tan(),
+        2 => return (1.0 - alpha) / (alpha * (1.0 - 0.5 * alpha)).sqrt(),
+        _ => {}
+    }
     match StudentsT::new(0.0, 1.0, degrees as f64) {
         Ok(t) => t.inverse_cdf(1.0 - 0.5 * alpha),
         Err(_) => f64::INFINITY,
@@ -106,6 +112,11 @@ mod tests {
         assert!((student_t(0.05, 31) - 2.039_513).abs() <= 1e-5);
         assert!((student_t(0.01, 10) - 3.169_273).abs() <= 1e-5);
         assert!((student_t(1e-4, 31) - 4.460_989).abs() <= 1e-5);
+        assert!((student_t(0.05, 1) - 12.706_205).abs() <= 1e-5);
+        assert!((student_t(0.05, 2) - 4.302_653).abs() <= 1e-5);
+        // 2 / (pi alpha), and 1 / sqrt(alpha).
+        assert!((student_t(1e-12, 1) / 6.366_197_724e11 - 1.0).abs() <= 1e-9);
+        assert!((student_t(1e-12, 2) / 1e6 - 1.0).abs() <= 1e-9);
         assert!(student_t(0.05, 0).is_infinite());
     }
 

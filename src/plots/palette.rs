@@ -4,7 +4,7 @@ use colorous::Gradient;
 
 use crate::math::choice::choice;
 
-/// Names a row of colours from low to high; all but turbo and grey get lighter in even steps and
+/// Names a row of colours from low to high; all but turbo, grey and balance get lighter in even steps and
 /// are read by people of all kinds of colour vision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Palette {
@@ -24,6 +24,8 @@ pub enum Palette {
     Turbo,
     /// Black to white.
     Grey,
+    /// Blue, white, red: for differences, on a scale whose middle is 0.
+    Balance,
 }
 
 choice!(Palette, "palette":
@@ -34,6 +36,7 @@ choice!(Palette, "palette":
     Cividis = "cividis" "",
     Turbo = "turbo" "",
     Grey = "grey" "",
+    Balance = "balance" "",
 );
 
 impl Palette {
@@ -41,6 +44,8 @@ impl Palette {
     /// end.
     pub fn colour(self, place: f64) -> [u8; 3] {
         let place = if place.is_nan() { 0.0 } else { place.clamp(0.0, 1.0) };
+        // That of colorous begins with red.
+        let place = if self == Self::Balance { 1.0 - place } else { place };
         self.gradient().map_or([(255.0 * place).round() as u8; 3], |gradient| {
             let colour = gradient.eval_continuous(place);
             [colour.r, colour.g, colour.b]
@@ -55,6 +60,7 @@ impl Palette {
             Self::Plasma => Some(colorous::PLASMA),
             Self::Cividis => Some(colorous::CIVIDIS),
             Self::Turbo => Some(colorous::TURBO),
+            Self::Balance => Some(colorous::RED_BLUE),
             Self::Grey => None,
         }
     }
@@ -92,12 +98,19 @@ mod tests {
     }
 
     #[test]
+    fn differences_are_blue_below_and_red_above_white() {
+        let [low, middle, high] = [0.0, 0.5, 1.0].map(|place| Palette::Balance.colour(place));
+        assert!(low[2] > low[0] && high[0] > high[2] && middle.iter().all(|c| *c >= 240));
+    }
+
+    #[test]
     fn even_palettes_get_lighter() {
         let lightness = |p: Palette, k: usize| {
             let [r, g, b] = p.colour(k as f64 / 32.0).map(|c| (f64::from(c) / 255.0).powf(2.2));
             0.2126 * r + 0.7152 * g + 0.0722 * b
         };
-        for palette in Palette::ALL.into_iter().filter(|p| *p != Palette::Turbo) {
+        let uneven = [Palette::Turbo, Palette::Balance];
+        for palette in Palette::ALL.into_iter().filter(|p| !uneven.contains(p)) {
             let rises = (0..32).all(|k| lightness(palette, k) < lightness(palette, k + 1));
             assert!(rises, "{palette}");
         }

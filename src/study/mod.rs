@@ -9,6 +9,7 @@ mod grids;
 mod known;
 mod load;
 mod on_surface;
+mod pictures;
 mod requirements;
 mod sensors;
 mod settings;
@@ -27,6 +28,10 @@ pub use compare::{
 pub use detail::{Detail, detail};
 pub use known::known_illuminance;
 pub use load::{DetailedObject, FittedObject, Loaded, camera, load, load_for_camera};
+pub use pictures::{
+    FALSE_ALARMS, Flip, JointLevel, JointTest, PIXELS_PER_DEGREE, Picture, PictureComparison,
+    PictureMap, RelativeMse, compare_pictures, flip, flip_ldr, joint_test,
+};
 pub use requirements::{Judged, Verdict, judge};
 pub use sensors::SensorGroup;
 pub use settings::{image_settings, sensor_settings};

@@ -1,8 +1,9 @@
 //! Judges pictures pixel by pixel, all pixels of a picture together with a false-alarm rate of 1e-3
-//! (`Estimate::agrees_with`).
+//! (`Estimate::agrees_with`, `joint_test`).
 
 use harmolux::math::stats::Estimate;
 use harmolux::scene::Film;
+use harmolux::study::{Picture, joint_test};
 
 /// Returns the luminance of every pixel.
 fn pixels(film: &Film) -> impl Iterator<Item = Estimate> {
@@ -37,13 +38,10 @@ pub fn assert_flat(film: &Film, expected: f64) {
     assert!(standard_error <= 0.01 * expected, "too noisy to say anything: {mean:?}");
 }
 
-/// Judges each pixel of two films against the other's, and their means.
+/// Judges two films pixel by pixel and block by block, as `harmolux compare` does, and their means.
 pub fn assert_alike(one: &Film, other: &Film) {
-    let pairs = pixels(one).zip(pixels(other));
-    let n = one.size()[0] * one.size()[1];
-    for (i, (a, b)) in pairs.enumerate() {
-        assert!(a.agrees_with(b.mean, b.standard_error, n), "pixel {i}: {a:?} against {b:?}");
-    }
+    let test = joint_test(&Picture::from(one), &Picture::from(other)).expect("errors are known");
+    assert!(!test.differ() && test.unknown == 0, "{test:?}");
     assert_same_mean(one, other);
 }
 

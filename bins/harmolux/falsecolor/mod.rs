@@ -94,7 +94,8 @@ pub(crate) struct ScaleArguments {
         value_parser = clap::value_parser!(u16).range(1..=100)
     )]
     pub(crate) divisions: Option<u16>,
-    /// The colours; all but turbo, a rainbow, get lighter in even steps
+    /// The colours; all but turbo, a rainbow, and balance, for differences, get lighter in even
+    /// steps
     #[arg(long, default_value_t, value_parser = choices::<Palette>())]
     pub(crate) palette: Palette,
     /// Give each division one colour

@@ -184,6 +184,12 @@ impl Exr {
         self.height
     }
 
+    /// Returns which part of a larger picture it is: the column and row of its first pixel there,
+    /// and the columns and rows of the whole; `None` for a whole picture.
+    pub fn part(&self) -> Option<([i32; 2], [usize; 2])> {
+        self.whole.map(|whole| (self.origin, whole))
+    }
+
     /// Returns the samples of a channel; `None` when there is no such channel.
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         self.channels.get(name).map(Vec::as_slice)
@@ -205,9 +211,14 @@ impl Exr {
         if let Some(samples) = self.find(LUMINANCE) {
             return Some(samples.iter().copied().map(f64::from).collect());
         }
+        Some(self.colours()?.into_iter().map(Rgb::luminance).collect())
+    }
+
+    /// Returns R, G and B of the main layer; `None` when one of them is not there.
+    pub fn colours(&self) -> Option<Vec<Rgb>> {
         let [r, g, b] = ["R", "G", "B"].map(|c| self.channel(c));
         let pixels = r?.iter().zip(g?).zip(b?);
-        Some(pixels.map(|((r, g), b)| Rgb([*r, *g, *b].map(f64::from)).luminance()).collect())
+        Some(pixels.map(|((r, g), b)| Rgb([*r, *g, *b].map(f64::from))).collect())
     }
 
     /// Returns the channel names in alphabetical order.
@@ -432,7 +443,9 @@ mod tests {
         assert_eq!(header.own_attributes.white_luminance, Some(1.0));
         let primaries = header.shared_attributes.chromaticities.expect("written");
         assert_eq!((primaries.red, primaries.white), (Vec2(0.64, 0.33), Vec2(0.3127, 0.3290)));
-        assert_eq!(Exr::from_bytes(Path::new("x.exr"), &bytes).expect("decoded"), part);
+        let read = Exr::from_bytes(Path::new("x.exr"), &bytes).expect("decoded");
+        assert_eq!((&read, read.part()), (&part, Some(([100, 50], [640, 480]))));
+        assert_eq!(image().part(), None);
     }
 
     #[test]
