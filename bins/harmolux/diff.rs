@@ -76,7 +76,7 @@ pub(crate) fn run(verb: &Diff, as_json: bool) -> Result<Code> {
     let map = map.transpose()?;
     let meter = Meter::start("reading the shapes");
     let [a, b] = [&verb.a, &verb.b].map(|path| Read::open(path, &verb.series, &verb.mesh));
-    let (a, b) = (a?, b?);
+    let ((a, _), (b, _)) = (a?, b?);
     refuse_idle_flags(verb, [&a, &b])?;
     let settings = CompareSettings {
         width: verb.width.or(verb.tolerance.map(|t| 0.25 * t)),

@@ -21,6 +21,7 @@ mod render;
 mod spectrum;
 mod sweep;
 mod transform;
+mod view;
 
 use std::process::ExitCode;
 
@@ -85,7 +86,7 @@ pub(crate) enum Verb {
     Fit(fit::Fit),
     Info(info::Info),
     Convert(convert::Convert),
-    Sweep(sweep::Sweep),
+    Sweep(Box<sweep::Sweep>),
     Spectrum(spectrum::Spectrum),
     Diff(diff::Diff),
     Mesh(mesh::Mesh),
@@ -94,6 +95,7 @@ pub(crate) enum Verb {
     Mean(mean::Mean),
     Modes(modes::Modes),
     Random(random::Random),
+    View(view::View),
 }
 
 fn main() -> ExitCode {
@@ -126,6 +128,7 @@ fn main() -> ExitCode {
         Verb::Mean(verb) => mean::run(verb, arguments.json),
         Verb::Modes(verb) => modes::run(verb, arguments.json),
         Verb::Random(verb) => random::run(verb, arguments.json),
+        Verb::View(verb) => view::run(verb, arguments.json),
     };
     match done {
         Ok(code) => code.into(),

@@ -9,6 +9,8 @@ mod grids;
 mod known;
 mod load;
 mod on_surface;
+#[cfg(feature = "plots")]
+mod page;
 mod pictures;
 mod requirements;
 mod sensors;
@@ -28,6 +30,8 @@ pub use compare::{
 pub use detail::{Detail, detail};
 pub use known::known_illuminance;
 pub use load::{DetailedObject, FittedObject, Loaded, camera, load, load_for_camera};
+#[cfg(feature = "plots")]
+pub use page::Page;
 pub use pictures::{
     FALSE_ALARMS, Flip, JointLevel, JointTest, PIXELS_PER_DEGREE, Picture, PictureComparison,
     PictureMap, RelativeMse, compare_pictures, flip, flip_ldr, joint_test,
@@ -37,7 +41,10 @@ pub use sensors::SensorGroup;
 pub use settings::{image_settings, sensor_settings};
 pub use shared_surfaces::Preparation;
 pub use stage::{LoadingObserver, LoadingStage};
-pub use sweep::{Column, Original, Rendition, Rivals, Sweep, SweepRow, SweepSettings};
 #[cfg(feature = "plots")]
 pub use sweep::sweep_figures;
+pub use sweep::{
+    Column, Light, LightSettings, Original, Rendition, Rivals, Sweep, SweepLimit, SweepRow,
+    SweepSettings, thinned,
+};
 pub use view::check_view;

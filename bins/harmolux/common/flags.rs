@@ -5,14 +5,16 @@ use std::str::FromStr;
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use glam::DVec3;
 use harmolux::Error;
+use harmolux::fit::{Centre, Envelope, FitSettings, FoldPolicy};
 use harmolux::io::coefficients::{ReadOptions, SeriesFormat};
 use harmolux::math::{Choice, Unit};
 use harmolux::mesh::UpAxis;
-use harmolux::sh::{CondonShortley, Convention, Normalisation};
+use harmolux::sh::{CondonShortley, Convention, Filter, Normalisation};
 
 use crate::common::repairs::Repairs;
-use crate::common::values::length;
+use crate::common::values::{length, point};
 
 /// What verbs that run a scene have in common
 #[derive(Debug, Args)]
@@ -50,6 +52,51 @@ impl MeshHabits {
             (self.unit != Unit::default(), "--unit"),
             (self.up != UpAxis::default(), "--up"),
             (self.repairs.repair, "--repair"),
+        ]
+    }
+}
+
+/// How a mesh is fitted
+#[derive(Debug, Args)]
+pub(crate) struct FitHabits {
+    /// The expansion centre: X,Y,Z in metres, or for each mesh its `origin`, the `centroid` of its
+    /// volume, or the `best`, farthest from the planes of all faces [default: the origin if the mesh
+    /// is star-shaped about it, else one near the centroid]
+    #[arg(long, value_name = "CENTRE", value_parser = centre, allow_hyphen_values = true)]
+    pub(crate) centre: Option<Centre>,
+    /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets
+    /// it more than once
+    #[arg(long, value_name = "ENVELOPE", value_parser = choices::<Envelope>())]
+    pub(crate) not_star: Option<Envelope>,
+    /// The largest share of such rays that is accepted, per cent of the solid angle
+    #[arg(
+        long, value_name = "PERCENT", default_value_t = 5.0, requires = "not_star",
+        value_parser = percentage
+    )]
+    pub(crate) not_star_limit: f64,
+    /// Damp the series against ringing: lanczos, or heat=T such as heat=0.001
+    #[arg(long)]
+    pub(crate) filter: Option<Filter>,
+}
+
+impl FitHabits {
+    /// Returns the settings of a fit, by the usual projection.
+    pub(crate) fn settings(&self, lmax: usize) -> FitSettings {
+        let limit = 0.01 * self.not_star_limit;
+        FitSettings {
+            centre: self.centre,
+            not_star: self.not_star.map(|envelope| FoldPolicy { envelope, limit }),
+            filter: self.filter,
+            ..FitSettings::of_degree(lmax)
+        }
+    }
+
+    /// Lists what is said, and whether it is.
+    pub(crate) fn given(&self) -> [(bool, &'static str); 3] {
+        [
+            (self.centre.is_some(), "--centre"),
+            (self.not_star.is_some(), "--not-star"),
+            (self.filter.is_some(), "--filter"),
         ]
     }
 }
@@ -143,4 +190,21 @@ pub(crate) fn choices<T: Choice + FromStr<Err = Error> + Send + Sync>()
 pub(crate) fn formats() -> impl TypedValueParser<Value = SeriesFormat> {
     let names = SeriesFormat::ALL.map(SeriesFormat::name);
     PossibleValuesParser::new(names).try_map(|name| name.parse::<SeriesFormat>())
+}
+
+/// Reads a value of the command line.
+fn centre(text: &str) -> Result<Centre, String> {
+    match text {
+        "origin" => Ok(Centre::At(DVec3::ZERO)),
+        "centroid" => Ok(Centre::Centroid),
+        "best" => Ok(Centre::Best),
+        _ => point(text)
+            .map(Centre::At)
+            .map_err(|e| format!("{e}, or one of origin, centroid, best")),
+    }
+}
+
+fn percentage(text: &str) -> Result<f64, String> {
+    let share = text.trim_end_matches('%').trim().parse::<f64>().ok();
+    share.filter(|p| (0.0..=100.0).contains(p)).ok_or_else(|| "write a number from 0 to 100".into())
 }

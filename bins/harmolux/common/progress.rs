@@ -23,6 +23,7 @@ static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
 /// Shows the progress of a run until it is finished or dropped.
 pub(crate) struct Meter {
+    started: Instant,
     bar: Option<ProgressBar>,
     now: Arc<Mutex<Now>>,
     /// Its end ends the plain lines.
@@ -48,7 +49,7 @@ impl Meter {
             bar.enable_steady_tick(TURNS_EVERY);
             keep(Some(bar.clone()));
         }
-        Self { bar, now, _lines: lines }
+        Self { started: Instant::now(), bar, now, _lines: lines }
     }
 
     /// Shows that other work begins, which says nothing of its length.
@@ -61,7 +62,14 @@ impl Meter {
 
     /// Shows how many things are done of all.
     pub(crate) fn count(&self, done: usize, all: usize, last: &str) {
-        self.share(done as f64 / all.max(1) as f64, format!("{done} of {all}, {last}"));
+        let share = done as f64 / all.max(1) as f64;
+        let left = if done > 0 && done < all {
+            let left = self.started.elapsed().as_secs_f64() * (1.0 - share) / share;
+            format!(", about {} left", clock(left))
+        } else {
+            String::new()
+        };
+        self.share(share, format!("{done} of {all}, {last}{left}"));
     }
 
     /// Shows how far an estimate is, whose error has this name; asks it to end when the user does.
@@ -186,7 +194,7 @@ mod tests {
     fn names_do_not_steer_the_terminal() {
         let bar = ProgressBar::hidden();
         let now = Arc::new(Mutex::new(Now::Share(0.0, String::new())));
-        let meter = Meter { bar: Some(bar.clone()), now, _lines: None };
+        let meter = Meter { started: Instant::now(), bar: Some(bar.clone()), now, _lines: None };
         meter.stage("fitting a\x1b[2J\n.obj");
         assert_eq!(bar.message(), r"fitting a\u{1b}[2J\n.obj");
         meter.count(1, 2, "b\x1b[2J.obj");

@@ -8,29 +8,25 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use glam::DVec3;
 use harmolux::error::shown_path;
-use harmolux::fit::Envelope;
 use harmolux::fit::Shape;
-use harmolux::fit::{
-    Centre, Fit as MeshFit, FitSettings, FoldPolicy, PointFit, Projection, fit, fit_points,
-};
+use harmolux::fit::{Fit as MeshFit, FitSettings, PointFit, Projection, fit, fit_points};
 use harmolux::io::coefficients::{self, SeriesFormat, Tolerance};
 use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::points::PointOptions;
 use harmolux::math::Rotation;
-use harmolux::sh::{Coefficients, Filter, best_rotation, rotate};
+use harmolux::sh::{Coefficients, best_rotation, rotate};
 use harmolux::{Error, Result};
 
 use crate::common::about::about;
 use crate::common::exit::Code;
-use crate::common::flags::{MeshHabits, choices};
+use crate::common::flags::{FitHabits, MeshHabits};
 use crate::common::folders::is_folder;
 use crate::common::idle;
 use crate::common::inputs::{MeshRead, holds_points, read_mesh, read_points};
 use crate::common::progress::Meter;
 use crate::common::shape_file::{self, ShapeFile};
-use crate::common::values::{point, tolerance};
+use crate::common::values::tolerance;
 
 /// Turn star-shaped meshes into spherical-harmonic coefficients
 ///
@@ -75,11 +71,6 @@ pub(crate) struct Fit {
     /// Weigh points by their fourth column; one called weight or w counts without this
     #[arg(long)]
     pub(crate) weights: bool,
-    /// The expansion centre: X,Y,Z in metres, or for each mesh its `origin`, the `centroid` of its
-    /// volume, or the `best`, farthest from the planes of all faces [default: the origin if the mesh
-    /// is star-shaped about it, else one near the centroid]
-    #[arg(long, value_name = "CENTRE", value_parser = centre, allow_hyphen_values = true)]
-    pub(crate) centre: Option<Centre>,
     /// Turn each shape about its centre by the rotation after which it is nearest to this one, a
     /// coefficient file
     #[arg(long, value_name = "SHAPE")]
@@ -93,23 +84,12 @@ pub(crate) struct Fit {
         requires = "table"
     )]
     pub(crate) table_layout: TableLayout,
-    /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets
-    /// it more than once
-    #[arg(long, value_name = "ENVELOPE", value_parser = choices::<Envelope>())]
-    pub(crate) not_star: Option<Envelope>,
-    /// The largest share of such rays that is accepted, per cent of the solid angle
-    #[arg(
-        long, value_name = "PERCENT", default_value_t = 5.0, requires = "not_star",
-        value_parser = percentage
-    )]
-    pub(crate) not_star_limit: f64,
     /// How far the compact form (.hxc) may be from the fit, RMS: a part of the mean radius, such as
     /// 1e-3, or a length, such as 0.05mm [default: a fifth of the error of the fit]
     #[arg(long, value_name = "TOLERANCE", value_parser = tolerance)]
     pub(crate) tolerance: Option<Tolerance>,
-    /// Damp the series against ringing: lanczos, or heat=T such as heat=0.001
-    #[arg(long)]
-    pub(crate) filter: Option<Filter>,
+    #[command(flatten)]
+    pub(crate) shaping: FitHabits,
     #[command(flatten)]
     pub(crate) habits: MeshHabits,
     /// Replace files that are there already
@@ -208,7 +188,7 @@ pub(crate) fn fit_file(verb: &Fit, reference: Option<&Reference>, path: &Path) -
 
 fn fit_cloud(verb: &Fit, path: &Path, input: Input) -> Result<(Fitted, FilesRead)> {
     let for_meshes =
-        [(verb.not_star.is_some(), "--not-star"), (verb.habits.repairs.repair, "--repair")];
+        [(verb.shaping.not_star.is_some(), "--not-star"), (verb.habits.repairs.repair, "--repair")];
     idle::refuse(&format!("{}: these are points, not a mesh", shown_path(path)), &for_meshes)?;
     let settings = settings(verb, ProjectionName::LeastSquares)?;
     let (cloud, files) = read_points(input, PointOptions { weights: verb.weights }, &verb.habits)?;
@@ -251,10 +231,7 @@ fn settings(verb: &Fit, usual: ProjectionName) -> Result<FitSettings> {
             Projection::LeastSquares { lambda: verb.lambda.unwrap_or(0.0) }
         }
     };
-    let not_star =
-        verb.not_star.map(|envelope| FoldPolicy { envelope, limit: 0.01 * verb.not_star_limit });
-    let usual = FitSettings::of_degree(verb.degree as usize);
-    Ok(FitSettings { projection, centre: verb.centre, not_star, filter: verb.filter, ..usual })
+    Ok(FitSettings { projection, ..verb.shaping.settings(verb.degree as usize) })
 }
 
 impl Fitted {
@@ -286,21 +263,4 @@ impl Done {
         };
         output.write_to(&self.shape(), verb.tolerance.unwrap_or(Tolerance::Metres(0.2 * rms)))
     }
-}
-
-/// Reads a value of the command line.
-fn centre(text: &str) -> Result<Centre, String> {
-    match text {
-        "origin" => Ok(Centre::At(DVec3::ZERO)),
-        "centroid" => Ok(Centre::Centroid),
-        "best" => Ok(Centre::Best),
-        _ => point(text)
-            .map(Centre::At)
-            .map_err(|e| format!("{e}, or one of origin, centroid, best")),
-    }
-}
-
-fn percentage(text: &str) -> Result<f64, String> {
-    let share = text.trim_end_matches('%').trim().parse::<f64>().ok();
-    share.filter(|p| (0.0..=100.0).contains(p)).ok_or_else(|| "write a number from 0 to 100".into())
 }

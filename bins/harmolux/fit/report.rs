@@ -69,7 +69,7 @@ fn towards(direction: DVec3) -> String {
 /// Says that a series rings, and what helps; nothing where it does not.
 fn ringing(verb: &Fit, fit: &MeshFit) -> Option<String> {
     let target = if fit.folds.is_some() { "the envelope" } else { "the mesh" };
-    let advice = match verb.filter {
+    let advice = match verb.shaping.filter {
         Some(Filter::Lanczos) => "even with `--filter lanczos`: lower the degree, `-l`",
         _ => "add `--filter lanczos`, or lower the degree, `-l`",
     };
@@ -94,7 +94,7 @@ pub(crate) fn print(verb: &Fit, done: &Done, elapsed: Duration, as_json: bool) {
             Fitted::Mesh(fit) => mesh_json(fit),
             Fitted::Points(fit) => points_json(fit),
         };
-        report["filter"] = json!(verb.filter.map(|f| f.to_string()));
+        report["filter"] = json!(verb.shaping.filter.map(|f| f.to_string()));
         report["rotation"] = json!(turn.map(|turn| turn.matrix().transpose().to_cols_array_2d()));
         report["seconds"] = json!(elapsed.as_secs_f64());
         paths::put(&mut report, "written", &verb.output);
@@ -105,7 +105,7 @@ pub(crate) fn print(verb: &Fit, done: &Done, elapsed: Duration, as_json: bool) {
         Fitted::Mesh(fit) => (mesh_pairs(fit), fit.projection_time),
         Fitted::Points(fit) => (points_pairs(fit), fit.projection_time),
     };
-    if let Some(filter) = verb.filter {
+    if let Some(filter) = verb.shaping.filter {
         pairs.push(("filter", format!("{filter}; the errors are those of the filtered series")));
     }
     if let Some(turn) = turn {

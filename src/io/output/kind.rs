@@ -47,6 +47,9 @@ impl Kind {
     pub const NPY: Self = Self::unmarked("an array of NumPy", &["npy"]);
     /// A coefficient text in the layout of pyshtools.
     pub const COEFFICIENTS: Self = Self::new("a coefficient text", &["txt", "sh"], b"# harmolux ");
+    /// A page as HTML.
+    pub const HTML: Self =
+        Self::new("an HTML page", &["html", "htm"], b"<!doctype html>\n<!-- harmolux ");
     /// A table or report as JSON.
     pub const JSON: Self = Self::new("a JSON file", &["json"], b"{");
 

@@ -77,7 +77,8 @@ impl Decimation {
             star,
             left,
         };
-        let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]].map(|[u, v]| [u.min(v), u.max(v)]);
+        let sides =
+            |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]].map(|[u, v]| [u.min(v), u.max(v)]);
         let mut edges: Vec<[u32; 2]> = mesh.triangles().iter().flat_map(sides).collect();
         edges.sort_unstable();
         edges.dedup();

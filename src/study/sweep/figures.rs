@@ -18,7 +18,8 @@ pub fn sweep_figures(rows: &[SweepRow], series: &Coefficients) -> Vec<(&'static 
 /// Joins a value over another, of the lines of one rendition.
 fn points(rows: &[SweepRow], of: Rendition, x: Column, y: Column) -> Vec<[f64; 2]> {
     let own = rows.iter().filter(|row| row.rendition == of);
-    let percent = |column: Column, value: f64| if column.unit() == "%" { 100.0 * value } else { value };
+    let percent =
+        |column: Column, value: f64| if column.unit() == "%" { 100.0 * value } else { value };
     let point = |row: &SweepRow| [row[x], percent(y, row[y])];
     own.map(point).filter(|point| point.iter().all(|v| v.is_finite())).collect()
 }

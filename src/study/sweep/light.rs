@@ -1,16 +1,21 @@
 //! What a truncation degree costs and buys in a scene: the picture and the illuminances, beside
 //! those with the original, and what noise alone changes in them.
 
+use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Duration;
 
 use rayon::prelude::*;
+use tempfile::NamedTempFile;
 
+use super::Original;
 use super::row::{Column, Rendition, SweepRow};
 use crate::estimators::{
     Estimator, ImageSettings, REPLICATES, Rendering, Stop, illuminance, resume, walks_per_sample,
 };
+use crate::fit::Shape;
+use crate::io::coefficients::{SeriesFormat, WriteOptions, encode};
 use crate::io::scene_file::{FileRef, MeshSpec, ObjectSpec, SceneFile, ShSpec};
 use crate::math::Unit;
 use crate::mesh::UpAxis;
@@ -62,16 +67,25 @@ struct Shots {
     at_equal_time: Picture,
 }
 
-/// What stands for an object.
-#[derive(Clone, Copy)]
-enum Stand<'a> {
+/// What stands for an object: the mesh of its file, or a series in a file of its own.
+enum Stand {
     Mesh,
-    Series(&'a Path, usize),
+    Series(NamedTempFile, usize),
+}
+
+impl Stand {
+    fn series(shape: &Shape) -> Result<Self> {
+        let failed = |e| Error::io("a temporary file".as_ref(), "write", e);
+        let mut file = tempfile::Builder::new().suffix(".txt").tempfile().map_err(failed)?;
+        let text = encode(shape, SeriesFormat::Text, &WriteOptions::default())?;
+        file.write_all(&text).map_err(failed)?;
+        Ok(Self::Series(file, shape.coefficients.lmax()))
+    }
 }
 
 impl Light {
     /// Takes the pictures and illuminances of the original, twice: `path` is its file, which `scene`
-    /// has as one SH object or more, and `degree` that of the original where it is a series.
+    /// has as one SH object or more.
     ///
     /// # Errors
     /// [`Error::Parameter`] when the scene has no SH object of that file, or neither a camera nor
@@ -79,7 +93,7 @@ impl Light {
     pub fn new(
         scene: SceneFile,
         path: &Path,
-        degree: Option<usize>,
+        original: &Original,
         settings: LightSettings,
     ) -> Result<Self> {
         let names = objects_of(&scene, path)?;
@@ -94,14 +108,17 @@ impl Light {
             let scaled = [narrow, (height * narrow).div_ceil(width)];
             camera.with_resolution(settings.size.unwrap_or(scaled))
         });
-        let noise = SweepRow::new(Rendition::Original, degree);
+        let noise = SweepRow::new(Rendition::Original, None);
+        let stand = match original {
+            Original::Mesh(_) => Stand::Mesh,
+            Original::Series(shape) => Stand::series(shape)?,
+        };
         let original = Seen { shots: None, mask: Vec::new(), lux: Vec::new() };
         let mut light =
             Self { file: scene, names, camera, samples: settings.samples, original, noise };
-        let stand = degree.map_or(Stand::Mesh, |degree| Stand::Series(path, degree));
-        light.original = light.look(stand, 0, None)?;
-        let mut noise = SweepRow::new(Rendition::Original, degree);
-        let other = light.look(stand, 1, light.time())?;
+        light.original = light.look(&stand, 0, None)?;
+        let other = light.look(&stand, 1, light.time())?;
+        let mut noise = light.noise.clone();
         light.judge(&other, &mut noise)?;
         light.noise = noise;
         Ok(light)
@@ -143,18 +160,12 @@ impl Light {
         }
     }
 
-    /// Looks at the scene with a series of this degree, which stands in the file `path`, and returns
-    /// its picture.
+    /// Looks at the scene with a series in the place of the original, and returns the picture.
     ///
     /// # Errors
     /// As [`Light::new`].
-    pub fn measure(
-        &self,
-        path: &Path,
-        degree: usize,
-        row: &mut SweepRow,
-    ) -> Result<Option<Picture>> {
-        let seen = self.look(Stand::Series(path, degree), 1, self.time())?;
+    pub fn measure(&self, shape: &Shape, row: &mut SweepRow) -> Result<Option<Picture>> {
+        let seen = self.look(&Stand::series(shape)?, 1, self.time())?;
         self.judge(&seen, row)?;
         for (column, noise) in [
             (Column::RelMseNoise, Column::RelMse),
@@ -188,7 +199,7 @@ impl Light {
 
     /// Takes picture and illuminances; `more` is added to the seeds, `limit` the time at which a
     /// second picture is taken.
-    fn look(&self, stand: Stand, more: u64, limit: Option<Duration>) -> Result<Seen> {
+    fn look(&self, stand: &Stand, more: u64, limit: Option<Duration>) -> Result<Seen> {
         let file = self.with(stand);
         let loaded = load(&file)?;
         let mut seen = Seen { shots: None, mask: Vec::new(), lux: Vec::new() };
@@ -209,17 +220,20 @@ impl Light {
         if !sensors.is_empty() {
             let mut settings = sensor_settings(&file.illum, &loaded.scene);
             settings.seed = settings.seed.wrapping_add(more);
-            if settings.stop == Stop::default() && !matches!(settings.estimator, Estimator::Radiosity(_)) {
+            if settings.stop == Stop::default()
+                && !matches!(settings.estimator, Estimator::Radiosity(_))
+            {
                 settings.stop.walks = Some(1 << 18);
             }
-            let survey = illuminance(&loaded.scene, &sensors, &settings, &|_| ControlFlow::Continue(()))?;
+            let survey =
+                illuminance(&loaded.scene, &sensors, &settings, &|_| ControlFlow::Continue(()))?;
             seen.lux = survey.results.iter().map(|result| result.total.mean).collect();
         }
         Ok(seen)
     }
 
     /// Puts what stands for the objects in their place.
-    fn with(&self, stand: Stand) -> SceneFile {
+    fn with(&self, stand: &Stand) -> SceneFile {
         let mut file = self.file.clone();
         for name in &self.names {
             if let Some(ObjectSpec::Sh(spec)) = self.file.objects.get(name) {
@@ -238,8 +252,12 @@ fn objects_of(scene: &SceneFile, path: &Path) -> Result<Vec<String>> {
         ObjectSpec::Sh(spec) => own.is_some() && canonical(&spec.file.resolved) == own,
         _ => false,
     };
-    let names: Vec<String> =
-        scene.objects.iter().filter(|(_, spec)| of_file(spec)).map(|(name, _)| name.clone()).collect();
+    let names: Vec<String> = scene
+        .objects
+        .iter()
+        .filter(|(_, spec)| of_file(spec))
+        .map(|(name, _)| name.clone())
+        .collect();
     if !names.is_empty() {
         return Ok(names);
     }
@@ -255,7 +273,7 @@ fn objects_of(scene: &SceneFile, path: &Path) -> Result<Vec<String>> {
     )))
 }
 
-fn replaced(spec: &ShSpec, stand: Stand) -> ObjectSpec {
+fn replaced(spec: &ShSpec, stand: &Stand) -> ObjectSpec {
     match stand {
         Stand::Mesh => ObjectSpec::Mesh(MeshSpec {
             file: spec.file.clone(),
@@ -267,9 +285,9 @@ fn replaced(spec: &ShSpec, stand: Stand) -> ObjectSpec {
             smooth: false,
             material: spec.material.clone(),
         }),
-        Stand::Series(path, degree) => ObjectSpec::Sh(ShSpec {
-            file: FileRef { written: path.to_owned(), resolved: path.to_owned() },
-            degree,
+        Stand::Series(file, degree) => ObjectSpec::Sh(ShSpec {
+            file: FileRef { written: file.path().to_owned(), resolved: file.path().to_owned() },
+            degree: *degree,
             unit: Unit::Metre,
             up: UpAxis::Z,
             centre: None,
@@ -296,18 +314,18 @@ fn shoot(
     let film = Film::new(camera.window().size(), REPLICATES)?;
     let Some(limit) = limit else {
         let run = go_on(film, by_walks)?;
-        let picture = Picture::of_film(&run.film);
+        let picture = Picture::from(&run.film);
         return Ok(Shots { at_equal_time: picture.clone(), picture, time: run.elapsed });
     };
     let first = go_on(film, Stop { time: Some(limit), ..by_walks })?;
-    let early = Picture::of_film(&first.film);
+    let early = Picture::from(&first.film);
     if first.walks_per_pixel < walks {
         let whole = go_on(first.film, by_walks)?;
         let time = first.elapsed + whole.elapsed;
-        return Ok(Shots { picture: Picture::of_film(&whole.film), time, at_equal_time: early });
+        return Ok(Shots { picture: Picture::from(&whole.film), time, at_equal_time: early });
     }
     let left = limit.saturating_sub(first.elapsed);
     let later = go_on(first.film, Stop { time: Some(left), ..Stop::default() })?;
-    let at_equal_time = Picture::of_film(&later.film);
+    let at_equal_time = Picture::from(&later.film);
     Ok(Shots { picture: early, time: first.elapsed, at_equal_time })
 }

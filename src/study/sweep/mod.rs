@@ -4,6 +4,8 @@
 mod decimation;
 #[cfg(feature = "plots")]
 mod figures;
+mod light;
+mod limit;
 mod row;
 mod storage;
 mod timing;
@@ -15,7 +17,12 @@ use rayon::ThreadPool;
 
 #[cfg(feature = "plots")]
 pub use figures::sweep_figures;
+pub use light::{Light, LightSettings};
+pub use limit::SweepLimit;
 pub use row::{Column, Rendition, SweepRow};
+
+#[cfg(feature = "plots")]
+pub(super) use storage::numbers_in_f32;
 
 use self::decimation::Decimation;
 use self::timing::{Timer, quartiles, reach};
@@ -281,6 +288,17 @@ impl Rivals<'_> {
         sweep.inertia(Measures::of_mesh(&mesh), &mut row);
         Ok(Some(row))
     }
+}
+
+/// Decimates a mesh to about so many faces, for what shows it; one that has no more stays.
+///
+/// # Errors
+/// As [`Sweep::rivals`].
+pub fn thinned(mesh: &Mesh, faces: usize) -> Result<Mesh> {
+    if mesh.triangles().len() <= faces {
+        return Ok(mesh.clone());
+    }
+    Decimation::new(mesh, mesh.bounds().centre(), false)?.down_to(faces / 2 + 2)
 }
 
 fn cut(shape: &Shape, degree: usize) -> Result<Shape> {

@@ -29,7 +29,7 @@ pub(super) fn series(row: &mut SweepRow, shape: &Shape, rms: f64) -> Result<()> 
 }
 
 /// Writes the coefficients as f32, little endian: for each degree A_l0, A_l1, B_l1, ...
-pub(crate) fn numbers_in_f32(shape: &Shape) -> Vec<u8> {
+pub(in crate::study) fn numbers_in_f32(shape: &Shape) -> Vec<u8> {
     let series = &shape.coefficients;
     let orders = (0..=series.lmax()).flat_map(|l| (0..=l).map(move |m| (l, m)));
     let numbers = orders.flat_map(|(l, m)| {
@@ -54,8 +54,7 @@ pub(super) fn mesh(row: &mut SweepRow, mesh: &Mesh) -> Result<()> {
 /// Writes vertices, and three indices a face: of two bytes where these reach all vertices.
 fn indexed<const N: usize>(mesh: &Mesh, number: impl Fn(f64) -> [u8; N]) -> Vec<u8> {
     let positions = mesh.used_positions();
-    let mut bytes: Vec<u8> =
-        positions.iter().flat_map(|p| p.to_array()).flat_map(number).collect();
+    let mut bytes: Vec<u8> = positions.iter().flat_map(|p| p.to_array()).flat_map(number).collect();
     let is_short = positions.len() <= 1 << 16;
     for vertex in mesh.triangles().as_flattened() {
         match is_short {

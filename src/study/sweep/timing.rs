@@ -60,14 +60,18 @@ impl Timer {
     pub(super) fn new(radius: f64) -> Self {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
         let mut point = || radius * sampling::uniform_sphere(rng.random());
-        let segments: Vec<Ray> =
-            (0..RAYS).filter_map(|_| Ray::between(point(), point())).collect();
+        let segments: Vec<Ray> = (0..RAYS).filter_map(|_| Ray::between(point(), point())).collect();
         let chords = segments.iter().map(|ray| ray.up_to(f64::INFINITY)).collect();
         Self { chords, segments }
     }
 
     /// Times a surface in turns with the original.
-    pub(super) fn measure(&self, surface: &dyn Surface, original: &dyn Surface, row: &mut SweepRow) {
+    pub(super) fn measure(
+        &self,
+        surface: &dyn Surface,
+        original: &dyn Surface,
+        row: &mut SweepRow,
+    ) {
         for (task, [median, low, high, ratio]) in Task::ALL {
             let turn = |surface| self.turn(task, surface);
             // What is not in the cache yet is fetched.

@@ -1,0 +1,230 @@
+//! The lines of a sweep: which are there, and how the others are made, each kept as it comes.
+
+use std::path::{Path, PathBuf};
+
+use harmolux::Result;
+use harmolux::fit::Shape;
+use harmolux::io::images::{auto_exposure, png};
+use harmolux::io::input::FilesRead;
+use harmolux::io::output::{Kind, Output};
+use harmolux::io::scene_file::SceneFile;
+use harmolux::io::tables::{Cell, Table};
+use harmolux::study::{Light, Picture, Rendition, Rivals, Sweep as Swept, SweepRow};
+
+use super::{Sweep, light};
+use crate::common::about::about;
+use crate::common::growing::GrowingTable;
+use crate::common::progress::Meter;
+use crate::common::{interrupt, say, shape_file};
+
+/// A sweep under way.
+pub(super) struct Run<'a> {
+    verb: &'a Sweep,
+    table: GrowingTable,
+    key: String,
+    files: FilesRead,
+    scene: Option<SceneFile>,
+    lines: Vec<Line>,
+}
+
+/// One line of the table.
+struct Line {
+    /// The line without what is measured.
+    row: SweepRow,
+    cells: Option<Vec<Cell>>,
+    /// Whether there is such a line at all.
+    exists: bool,
+}
+
+/// Returns the file of coefficients of a degree.
+pub(super) fn coefficients(verb: &Sweep, degree: usize) -> PathBuf {
+    verb.output.join(format!("{}-{degree}.txt", stem(verb)))
+}
+
+/// Returns the file of the picture of a degree, or of the original.
+pub(super) fn picture(verb: &Sweep, degree: Option<usize>) -> PathBuf {
+    let of = degree.map_or_else(|| "original".to_owned(), |degree| degree.to_string());
+    verb.output.join(format!("{}-{of}.png", stem(verb)))
+}
+
+/// Returns what the shape is called.
+pub(super) fn stem(verb: &Sweep) -> String {
+    verb.shape.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+impl<'a> Run<'a> {
+    /// Looks which lines an earlier run has done, and whether the files of the others can be
+    /// written.
+    pub(super) fn new(
+        verb: &'a Sweep,
+        mut table: GrowingTable,
+        key: String,
+        files: FilesRead,
+        scene: Option<SceneFile>,
+    ) -> Result<Self> {
+        let takes_pictures = scene.as_ref().is_some_and(|scene| !scene.cameras.is_empty());
+        let degrees = || verb.degrees.0.iter().map(|degree| Some(*degree));
+        let original = std::iter::once((Rendition::Original, None));
+        let series = degrees().map(|degree| (Rendition::Series, degree));
+        let rivals = degrees().map(|degree| (Rendition::Decimated, degree));
+        let mut lines = Vec::new();
+        for (rendition, degree) in original.chain(series).chain(rivals) {
+            let row = SweepRow::new(rendition, degree);
+            let is_series = rendition == Rendition::Series;
+            let mut paths = Vec::new();
+            if let Some(degree) = degree.filter(|_| is_series) {
+                paths.push(coefficients(verb, degree));
+            }
+            if takes_pictures && rendition != Rendition::Decimated {
+                paths.push(picture(verb, degree));
+            }
+            let done = table.done(&row.head(), || Ok(key.clone()))?;
+            let cells = done.filter(|_| paths.iter().all(|path| path.is_file()));
+            if cells.is_none() {
+                table.leave_out(&row.head());
+                paths.iter().try_for_each(|path| check(path, verb.force))?;
+            }
+            lines.push(Line { row, cells, exists: true });
+        }
+        table.begin()?;
+        Ok(Self { verb, table, key, files, scene, lines })
+    }
+
+    /// Whether all lines are there.
+    pub(super) fn is_complete(&self) -> bool {
+        self.lines.iter().all(|line| line.cells.is_some())
+    }
+
+    /// Makes the lines that are missing: the original, the degrees, then the rivals, which are
+    /// decimated from the highest degree down.
+    pub(super) fn measure(&mut self, swept: &Swept, meter: &Meter) -> Result<()> {
+        let needs_light =
+            |line: &Line| line.cells.is_none() && line.row.rendition != Rendition::Decimated;
+        let scene = self.scene.take().filter(|_| self.lines.iter().any(needs_light));
+        let exposure = scene.as_ref().and_then(|scene| scene.render.exposure);
+        if scene.is_some() {
+            meter.stage("rendering the original");
+        }
+        let light = scene.map(|scene| light(self.verb, scene, swept.original())).transpose()?;
+        let exposure = light
+            .as_ref()
+            .and_then(Light::picture)
+            .map_or(1.0, |picture| exposure.unwrap_or_else(|| auto_exposure(&picture.pixels)));
+        let mut rivals = None;
+        let all = self.lines.len();
+        let is_rival = |line: &Line| line.row.rendition == Rendition::Decimated;
+        let first = self.lines.iter().position(is_rival).unwrap_or(all);
+        for (done, i) in (0..first).chain((first..all).rev()).enumerate() {
+            if self.lines[i].cells.is_some() {
+                continue;
+            }
+            let row = self.lines[i].row.clone();
+            let name = report_name(&row);
+            meter.count(done, all, &name);
+            let own = |e| about(&self.verb.shape, e);
+            let cells = match (row.rendition, row.degree) {
+                (Rendition::Decimated, Some(degree)) => {
+                    if rivals.is_none() {
+                        rivals = Some(swept.rivals().map_err(own)?);
+                    }
+                    let Some(rivals) = rivals.as_mut().and_then(Option::as_mut) else {
+                        self.lines[i].exists = false;
+                        continue;
+                    };
+                    self.rival(rivals, degree)?
+                }
+                (Rendition::Series, Some(degree)) => {
+                    let (shape, mut row) = swept.measure_degree(degree).map_err(own)?;
+                    let picture = light.as_ref().map(|light| light.measure(&shape, &mut row));
+                    let picture = picture.transpose().map_err(own)?.flatten();
+                    Some(self.keep_series(&row, shape, degree, picture.as_ref(), exposure)?)
+                }
+                _ => {
+                    let mut row = swept.measure_original().map_err(own)?;
+                    row.degree = None;
+                    if let Some(light) = &light {
+                        light.measure_original(&mut row);
+                    }
+                    let picture = light.as_ref().and_then(Light::picture);
+                    Some(self.keep_original(&row, picture, exposure)?)
+                }
+            };
+            self.lines[i].exists = cells.is_some();
+            self.lines[i].cells = cells;
+            say::note(&format!("{} of {all}: {name}", done + 1));
+        }
+        Ok(())
+    }
+
+    fn rival(&self, rivals: &mut Rivals, degree: usize) -> Result<Option<Vec<Cell>>> {
+        let row = rivals.measure(degree).map_err(|e| about(&self.verb.shape, e))?;
+        row.map(|row| self.keep(&row, || Ok(()))).transpose()
+    }
+
+    fn keep_series(
+        &self,
+        row: &SweepRow,
+        shape: Shape,
+        degree: usize,
+        picture: Option<&Picture>,
+        exposure: f64,
+    ) -> Result<Vec<Cell>> {
+        let file = shape_file::open(&coefficients(self.verb, degree), self.verb.force)?;
+        let shape = Shape { source: Some(self.files.file.source()), ..shape };
+        self.keep(row, || {
+            file.write(&shape)?;
+            picture.map_or(Ok(()), |picture| self.write_picture(Some(degree), picture, exposure))
+        })
+    }
+
+    fn keep_original(
+        &self,
+        row: &SweepRow,
+        picture: Option<&Picture>,
+        exposure: f64,
+    ) -> Result<Vec<Cell>> {
+        self.keep(row, || {
+            picture.map_or(Ok(()), |picture| self.write_picture(None, picture, exposure))
+        })
+    }
+
+    fn write_picture(&self, degree: Option<usize>, shown: &Picture, exposure: f64) -> Result<()> {
+        let [width, height] = shown.size;
+        let image = png(width, height, &shown.pixels, Some(exposure), None)?;
+        let output = Output::open(&picture(self.verb, degree), &Kind::PNG, self.verb.force)?;
+        output.write(&image.bytes)
+    }
+
+    /// Writes what a line brought: its row, and the files.
+    fn keep(&self, row: &SweepRow, write: impl FnOnce() -> Result<()>) -> Result<Vec<Cell>> {
+        let mut cells = row.cells();
+        cells.push(self.key.as_str().into());
+        self.table.append_with(&cells, write)??;
+        Ok(cells)
+    }
+
+    /// Writes all lines in their order.
+    pub(super) fn finish(self) -> Result<(Table, Vec<SweepRow>)> {
+        let _whole = interrupt::writing();
+        let cells = self.lines.into_iter().filter(|line| line.exists);
+        let table = self.table.finish(cells.filter_map(|line| line.cells).collect())?;
+        let rows = table.rows().iter().filter_map(|cells| SweepRow::of_cells(cells)).collect();
+        Ok((table, rows))
+    }
+}
+
+fn check(path: &Path, force: bool) -> Result<()> {
+    if path.extension().is_some_and(|e| e == "png") {
+        return Output::open(path, &Kind::PNG, force).map(drop);
+    }
+    shape_file::open(path, force).map(drop)
+}
+
+/// Returns what a line is called.
+pub(super) fn report_name(row: &SweepRow) -> String {
+    match (row.rendition, row.degree) {
+        (Rendition::Series, Some(degree)) => format!("degree {degree}"),
+        (Rendition::Decimated, Some(degree)) => format!("mesh of as many bytes as {degree}"),
+        _ => "original".to_owned(),
+    }
+}

@@ -1,0 +1,125 @@
+//! What a sweep draws: its plots and its page.
+
+use std::fs;
+
+use harmolux::io::coefficients;
+use harmolux::io::coefficients::ReadOptions;
+use harmolux::io::output::{Kind, Output, Stage};
+use harmolux::study::{Column, Original, Page, SweepRow, sweep_figures, thinned};
+use harmolux::{Error, Result};
+use serde_json::{Map, Value, json};
+
+use super::report::Answer;
+use super::{Sweep, lines};
+use crate::common::plot::PlotFormat;
+use crate::common::target::write_all;
+
+/// The names of the plots.
+const PLOTS: [&str; 4] = ["error_bytes", "error_degree", "time_degree", "spectrum"];
+
+/// The faces that a page shows at most.
+pub(crate) const MOST_FACES: usize = 60_000;
+
+/// The files that a sweep draws.
+pub(super) struct Outputs {
+    plots: Vec<[Output; 2]>,
+    page: Output,
+}
+
+impl Outputs {
+    /// Opens the files; a run that goes on draws them anew.
+    pub(super) fn open(verb: &Sweep) -> Result<Self> {
+        let open = |name: String, kind: &Kind| {
+            Output::open_again(&verb.output.join(name), kind, verb.force)
+        };
+        let plot = |name: &str| {
+            Ok([open(format!("{name}.svg"), &Kind::SVG)?, open(format!("{name}.png"), &Kind::PNG)?])
+        };
+        let plots = PLOTS.into_iter().map(plot).collect::<Result<_>>()?;
+        Ok(Self { plots, page: open("index.html".to_owned(), &Kind::HTML)? })
+    }
+
+    /// Draws.
+    pub(super) fn write(
+        self,
+        verb: &Sweep,
+        original: &Original,
+        rows: &[SweepRow],
+        answers: &[Answer],
+    ) -> Result<()> {
+        let last = verb.degrees.0.last().copied().unwrap_or_default();
+        let options = ReadOptions::default();
+        let highest = coefficients::read(&lines::coefficients(verb, last), &options)?;
+        let series = match original {
+            Original::Mesh(_) => &highest,
+            Original::Series(shape) => shape,
+        };
+        let figures = sweep_figures(rows, &series.coefficients);
+        let mut page = Page::new(lines::stem(verb));
+        let mut written = Vec::new();
+        for ((name, figure), [svg, png]) in figures.iter().zip(self.plots) {
+            debug_assert!(PLOTS.contains(name), "a plot without a file");
+            page.plot(&figure.title, &figure.to_svg()?);
+            written.push(PlotFormat::Svg.write(figure, svg, Stage::Complete));
+            written.push(PlotFormat::Png.write(figure, png, Stage::Complete));
+        }
+        match original {
+            Original::Mesh(mesh) => {
+                let faces = mesh.triangles().len();
+                page.shape(&lines::stem(verb), series, Some((&thinned(mesh, MOST_FACES)?, faces)));
+            }
+            Original::Series(_) => page.shape(&lines::stem(verb), series, None),
+        }
+        add_pictures(&mut page, verb)?;
+        let (columns, values) = table(rows);
+        page.table(columns, values);
+        page.answers(answers.iter().map(Answer::value).collect());
+        written.push(self.page.write(page.to_html().as_bytes()));
+        write_all(written)
+    }
+}
+
+/// Adds the pictures that stand in the folder.
+fn add_pictures(page: &mut Page, verb: &Sweep) -> Result<()> {
+    if verb.scene.is_none() {
+        return Ok(());
+    }
+    let read = |degree| {
+        let path = lines::picture(verb, degree);
+        fs::read(&path).map_err(|e| Error::io(&path, "read", e))
+    };
+    let Ok(original) = read(None) else { return Ok(()) };
+    page.picture(None, &original, &original)?;
+    for degree in &verb.degrees.0 {
+        page.picture(Some(*degree), &read(Some(*degree))?, &original)?;
+    }
+    Ok(())
+}
+
+/// Writes the lines as the page reads them.
+fn table(rows: &[SweepRow]) -> (Value, Value) {
+    let known = |column: &Column| rows.iter().any(|row| !row[*column].is_nan());
+    let columns: Vec<Column> = Column::ALL.into_iter().filter(known).collect();
+    let described = columns.iter().map(|column| {
+        let scale = if column.unit() == "%" { 100 } else { 1 };
+        json!({
+            "name": column.name(),
+            "title": column.title(),
+            "unit": column.unit(),
+            "scale": scale,
+        })
+    });
+    let values = rows.iter().map(|row| {
+        let mut object = Map::new();
+        object.insert("shape".to_owned(), row.rendition.name().into());
+        object.insert("degree".to_owned(), row.degree.into());
+        for column in &columns {
+            object.insert(
+                column.name().to_owned(),
+                json!(Some(row[*column]).filter(|v| !v.is_nan())),
+            );
+        }
+        Value::Object(object)
+    });
+    (described.collect(), values.collect())
+}

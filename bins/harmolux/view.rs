@@ -1,0 +1,72 @@
+//! `harmolux view`: a page that shows shapes in a browser.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use harmolux::Result;
+use harmolux::io::coefficients::NamedShape;
+use harmolux::io::input::Input;
+use harmolux::io::output::{Kind, Output};
+use harmolux::study::{Page, thinned};
+use serde_json::json;
+
+use crate::common::exit::Code;
+use crate::common::flags::SeriesReading;
+use crate::common::inputs::{read_shapes, read_surface};
+use crate::common::{paths, say};
+
+/// Write a page that shows shapes in a browser, at every degree
+///
+/// One file that stands for itself: no server, no network, any browser. It turns the shapes, cuts
+/// them at the degree of a slider and shows their spectra; with --mesh the mesh beside the first,
+/// and the difference as colours.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  harmolux view head.txt -o head.html
+  harmolux view head.txt --mesh head.obj -o head.html
+  harmolux view fits/*.txt -o all.html")]
+pub(crate) struct View {
+    /// Coefficient files, or tables with a row for each shape
+    #[arg(required = true, value_name = "SHAPE")]
+    pub(crate) shapes: Vec<PathBuf>,
+    /// The page
+    #[arg(short, long, value_name = "FILE.html")]
+    pub(crate) output: PathBuf,
+    /// The mesh that the first shape stands for, metres, z up
+    #[arg(long, value_name = "MESH")]
+    pub(crate) mesh: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: SeriesReading,
+    /// Replace a file that is there already
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// The faces that a page shows at most.
+const MOST_FACES: usize = 60_000;
+
+/// Runs the verb.
+pub(crate) fn run(verb: &View, as_json: bool) -> Result<Code> {
+    let output = Output::open(&verb.output, &Kind::HTML, verb.force)?;
+    let shapes = read_shapes(&verb.shapes, &verb.reading.options())?;
+    let mesh = verb.mesh.as_ref().map(|path| read_surface(Input::open(path)?)).transpose()?;
+    let names: Vec<String> = shapes.iter().map(NamedShape::name).collect();
+    let mut page = Page::new(names.join(", "));
+    let thin = mesh.as_ref().map(|(mesh, _)| thinned(mesh, MOST_FACES)).transpose()?;
+    let faces = mesh.as_ref().map_or(0, |(mesh, _)| mesh.triangles().len());
+    for (i, (shape, name)) in shapes.iter().zip(&names).enumerate() {
+        let twin = thin.as_ref().filter(|_| i == 0).map(|mesh| (mesh, faces));
+        page.shape(name, &shape.shape, twin);
+    }
+    let html = page.to_html();
+    output.write(html.as_bytes())?;
+    if as_json {
+        let mut value = json!({ "shapes": names, "bytes": html.len() });
+        paths::put(&mut value, "written", &verb.output);
+        say::json(&value);
+    } else {
+        let size = say::bytes(html.len());
+        say::note(&format!("written {}, {size}: open it in a browser", verb.output.display()));
+    }
+    Ok(Code::Done)
+}
