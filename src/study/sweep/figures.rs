@@ -28,6 +28,7 @@ fn error_bytes(rows: &[SweepRow]) -> Figure {
     let rms = |of, bytes| points(rows, of, bytes, Column::RelativeRms);
     let mut curves = vec![
         Curve::new("decimated mesh, f32", rms(Rendition::Decimated, Column::BytesF32)),
+        Curve::new("decimated mesh, quantised", rms(Rendition::Decimated, Column::BytesCompact)),
         Curve::new("coefficients, f32", rms(Rendition::Series, Column::BytesF32)),
         Curve::new("coefficients, .hxc", rms(Rendition::Series, Column::BytesCompact)),
     ];

@@ -6,6 +6,7 @@ mod decimation;
 mod figures;
 mod light;
 mod limit;
+mod quantised;
 mod row;
 mod storage;
 mod timing;
@@ -25,6 +26,7 @@ pub use row::{Column, Rendition, SweepRow};
 pub(super) use storage::numbers_in_f32;
 
 use self::decimation::Decimation;
+use self::quantised::quantised;
 use self::timing::{Timer, quartiles, reach};
 use super::{CompareSettings, Comparison, Subject, compare};
 use crate::fit::{Fit, FitSettings, Measures, Shape, fit, series_bytes};
@@ -285,6 +287,12 @@ impl Rivals<'_> {
         (row[Column::BytesTraced], row[Column::Prepare]) = (surface.bytes() as f64, ms);
         sweep.timer.measure(&surface, &*sweep.surface, &mut row);
         sweep.compare(Subject::Mesh(&mesh), &mut row)?;
+        let rms = row[Column::RelativeRms] * sweep.mean_radius;
+        if rms > 0.0 {
+            // Rounding to a step is off by a twelfth of its square in the mean.
+            let step = storage::PART * rms * 12.0_f64.sqrt();
+            row[Column::BytesCompact] = quantised(&mesh, step)?.len() as f64;
+        }
         sweep.inertia(Measures::of_mesh(&mesh), &mut row);
         Ok(Some(row))
     }
