@@ -41,7 +41,6 @@ function showSwitches() {
 function toggle(id) {
   if (byId(id).disabled) return;
   shows[id] = !shows[id];
-  if (id === 'error' && !shows.error && renderer.kind === 'webgl2') say('');
   showSwitches();
   draw(id === 'error');
 }
@@ -173,6 +172,7 @@ function start() {
   listenToPointers();
   listenToKeys();
   listenToControls();
+  timing.since = performance.now();
   showShape(0);
   drawNow();
 }
@@ -190,6 +190,7 @@ window.harmolux = {
   renderer: () => renderer.kind,
   /** Whether drawing waits for its end, so that its time is that of the whole. */
   measure: (on) => { timing.measured = on; },
+  /** From the last wish to draw until it was drawn, the wait for the frame included. */
   get drawMilliseconds() { return timing.milliseconds; },
 };
 

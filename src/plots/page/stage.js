@@ -4,7 +4,8 @@ const canvas = byId('canvas');
 const shapes = namedShapes(data.shapes);
 const state = { shape: shapes[0], degree: shapes[0].lmax, moving: false, shown: null, limit: 0 };
 const shows = { beside: false, ghost: false, error: false, wire: false };
-const timing = { asked: false, evaluate: true, measured: false, milliseconds: 0 };
+const timing = { asked: false, since: 0, evaluate: true, measured: false, milliseconds: 0 };
+const PLAIN = 'No WebGL2 here: a plainer picture, without ghost and wireframe.';
 let renderer;
 
 function chooseRenderer() {
@@ -12,11 +13,12 @@ function chooseRenderer() {
     renderer = new GlRenderer(canvas);
   } catch {
     renderer = new CanvasRenderer(canvas);
-    say('No WebGL2 here: a plainer picture, without ghost and wireframe.');
+    say();
   }
 }
 
-function say(text) {
+/** Says what is going on, or what always holds. */
+function say(text = renderer.kind === 'webgl2' ? '' : PLAIN) {
   byId('status').textContent = text;
   byId('status').hidden = text === '';
 }
@@ -40,18 +42,18 @@ function draw(evaluate = false) {
   timing.evaluate ||= evaluate;
   if (timing.asked) return;
   timing.asked = true;
+  timing.since = performance.now();
   requestAnimationFrame(drawNow);
 }
 
 function drawNow() {
-  const start = performance.now();
   timing.asked = false;
   if (timing.evaluate) evaluateShape();
   timing.evaluate = false;
   resizeCanvas();
   renderer.draw(composeViews(), canvas.width, canvas.height);
   if (timing.measured) renderer.finish();
-  timing.milliseconds = performance.now() - start;
+  timing.milliseconds = performance.now() - timing.since;
 }
 
 function resizeCanvas() {
@@ -84,7 +86,7 @@ function compareLater(compared) {
   const slice = () => {
     compared.work(14);
     if (!compared.ready) return setTimeout(slice, 0);
-    say('');
+    say();
     draw(true);
   };
   setTimeout(slice, 0);

@@ -114,6 +114,11 @@ function setNormals({ vertices, triangles }) {
       vertices[at + 5] += nz;
     }
   }
+  for (let at = 3; at < vertices.length; at += STRIDE) {
+    const [x, y, z] = [vertices[at], vertices[at + 1], vertices[at + 2]];
+    const length = Math.sqrt(x * x + y * y + z * z) || 1;
+    for (let k = at; k < at + 3; k++) vertices[k] /= length;
+  }
 }
 
 /** The mesh of a shape, and the series pushed to the same directions for the comparison. */
