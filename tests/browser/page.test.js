@@ -143,6 +143,45 @@ test('degrees and switches change the picture', async () => {
   await page.close();
 });
 
+test('mouse and fingers move the shape, and nothing else', async () => {
+  const { page, faults } = await open(browser, index(), { width: 360, height: 740, touch: true });
+  const box = await (await page.$('#canvas')).boundingBox();
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  const client = await page.createCDPSession();
+  const touch = (type, ...points) => client.send('Input.dispatchTouchEvent', {
+    type, touchPoints: points.map(([dx, dy], id) => ({ x: x + dx, y: y + dy, id })),
+  });
+  const moves = {
+    async mouse() {
+      await page.mouse.move(x, y);
+      await page.mouse.down();
+      await page.mouse.move(x + 60, y + 10, { steps: 3 });
+      await page.mouse.up();
+    },
+    wheel: () => page.mouse.wheel({ deltaY: -240 }),
+    async finger() {
+      await touch('touchStart', [0, 0]);
+      await touch('touchMove', [40, -50]);
+      await touch('touchEnd');
+    },
+    async pinch() {
+      await touch('touchStart', [-60, 0], [60, 0]);
+      await touch('touchMove', [-30, 0], [30, 0]);
+      await touch('touchEnd');
+    },
+  };
+  let last = await picture(page);
+  for (const [name, move] of Object.entries(moves)) {
+    await move();
+    const next = await picture(page);
+    assert.ok(await changed(page, last, next) > 0.05, `${name} moves nothing`);
+    assert.equal(await page.evaluate(() => window.scrollY), 0, `${name} scrolls the page`);
+    last = next;
+  }
+  assert.deepEqual(faults, []);
+  await page.close();
+});
+
 test('a name with markup is text', async () => {
   const { page, faults } = await open(browser, index());
   await settle(page);
@@ -162,6 +201,18 @@ test('several shapes are chosen by name', async () => {
   assert.equal(await shownDegree(page), 12);
   assert.equal(await page.$eval('#degree', (input) => input.max), '12');
   assert.deepEqual(faults, []);
+  await page.close();
+});
+
+test('dark and light follow the system', async () => {
+  const { page } = await open(browser, index());
+  const papers = [];
+  for (const value of ['light', 'dark']) {
+    await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value }]);
+    papers.push(await page.evaluate(() => getComputedStyle(document.body).backgroundColor));
+  }
+  const [light, dark] = papers.map((paper) => Number(paper.match(/\d+/)[0]));
+  assert.ok(light > 200 && dark < 50, papers.join(' '));
   await page.close();
 });
 

@@ -11,7 +11,7 @@ function matrices({ centre, radius }, aspect) {
   const right = [cy, sy, 0];
   const up = [-sy * sp, cy * sp, cp];
   const back = [sy * cp, -cy * cp, sp];
-  const far = (radius * 1.03) / HALF_VIEW;
+  const far = (radius * 1.1) / HALF_VIEW;
   const offset = (axis) => -(axis[0] * centre[0] + axis[1] * centre[1] + axis[2] * centre[2]);
   const view = new Float32Array(16);
   [right, up, back].forEach((axis, row) => axis.forEach((x, k) => { view[4 * k + row] = x; }));

@@ -1,8 +1,8 @@
 // Pictures, plots, answers and the table of all rows.
 
 const isPicture = (text) => typeof text === 'string' && text.startsWith('data:image/');
-const pictured = data.pictures.filter((entry) => entry.degree !== null && isPicture(entry.picture));
-const picturedMesh = data.pictures.find((entry) => entry.degree === null);
+const pictured = data.pictures.filter((entry) => entry.degree != null && isPicture(entry.picture));
+const picturedMesh = data.pictures.find((entry) => entry.degree == null);
 
 /** The pictures of the nearest degree that has one, of the mesh, and of their difference. */
 function showPictures() {

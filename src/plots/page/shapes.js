@@ -8,18 +8,35 @@ class Shape {
     this.spec = spec;
     this.name = name;
     this.lmax = spec.lmax;
-    this.series = new Series(spec.lmax, numbersOf(spec.coefficients, Float32Array));
-    this.amplitudes = this.series.amplitudes();
-    this.mesh = spec.mesh ? new Mesh(spec.mesh, spec.centre) : null;
-    const fine = Math.min(Math.max(2.5 * spec.lmax, 168), 504);
-    this.grids = { coarse: Grid.of(COARSE), fine: Grid.of(Math.ceil(fine / 24) * 24) };
     this.surfaces = {};
     this.full = {};
   }
 
+  get series() {
+    this.madeSeries ??= new Series(this.lmax, numbersOf(this.spec.coefficients, Float32Array));
+    return this.madeSeries;
+  }
+
+  /** The mesh, or null. */
+  get mesh() {
+    if (this.spec.mesh) this.madeMesh ??= new Mesh(this.spec.mesh, this.spec.centre);
+    return this.madeMesh ?? null;
+  }
+
+  get amplitudes() {
+    this.measuredAmplitudes ??= this.series.amplitudes();
+    return this.measuredAmplitudes;
+  }
+
+  /** Some five places for each wave of the highest degree, as far as memory is no matter. */
+  grid(quality) {
+    const fine = Math.min(Math.max(2.5 * this.lmax, 168), 504);
+    return Grid.of(quality === 'coarse' ? COARSE : Math.ceil(fine / 24) * 24);
+  }
+
   /** Evaluates on a grid; values are the differences from the full series. */
   evaluate(degree, quality) {
-    const grid = this.grids[quality];
+    const grid = this.grid(quality);
     this.surfaces[quality] ??= grid.surface();
     this.full[quality] ??= valuesOf(grid.evaluate(this.series, this.lmax, grid.surface()));
     const { vertices } = grid.evaluate(this.series, degree, this.surfaces[quality]);

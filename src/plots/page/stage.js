@@ -122,9 +122,8 @@ function showLegend(byMesh) {
   const inUnit = (metres, digits) =>
     (metres > 0 ? '+' : '') + formatNumber(Number((metres / unit).toPrecision(digits)), digits);
   const end = formatNumber(Number((state.limit / unit).toPrecision(3)));
-  byId('legend-low').textContent = `−${end} ${name}`;
-  byId('legend-zero').textContent = '0';
-  byId('legend-high').textContent = `+${end} ${name}`;
+  const ends = state.limit > 0 ? [`−${end} ${name}`, `+${end} ${name}`] : ['', ''];
+  [byId('legend-low').textContent, byId('legend-high').textContent] = ends;
   const against = byMesh
     ? `the mesh, along its ${formatNumber(values.length)} vertices`
     : `the full series, degree ${shape.lmax}`;

@@ -2,6 +2,7 @@
 // set as text, elements are made one by one. Lengths are metres.
 
 const data = JSON.parse(document.getElementById('data').textContent);
+for (const list of ['columns', 'rows', 'pictures', 'plots', 'answers']) data[list] ??= [];
 
 const byId = (id) => document.getElementById(id);
 
