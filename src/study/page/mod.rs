@@ -20,7 +20,20 @@ use super::sweep::numbers_in_f32;
 
 const HTML: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+/// What one file uses stands in those before.
+const SCRIPT: &str = concat!(
+    include_str!("words.js"),
+    include_str!("series.js"),
+    include_str!("surfaces.js"),
+    include_str!("shapes.js"),
+    include_str!("camera.js"),
+    include_str!("webgl.js"),
+    include_str!("canvas.js"),
+    include_str!("stage.js"),
+    include_str!("panel.js"),
+    include_str!("sections.js"),
+    include_str!("controls.js"),
+);
 
 /// The quality of pictures, of 100.
 const QUALITY: u8 = 88;

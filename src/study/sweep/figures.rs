@@ -2,7 +2,7 @@
 
 use super::{Column, Rendition, SweepRow};
 use crate::plots::{Axis, Curve, Figure, Style};
-use crate::sh::Coefficients;
+use crate::sh::{Coefficients, Spectrum};
 
 /// Lists the figures of a sweep, each with the name of its file. `series` is the highest degree that
 /// was swept, or the original.
@@ -110,8 +110,10 @@ fn time_degree(rows: &[SweepRow]) -> Figure {
 }
 
 fn spectrum(series: &Coefficients, rows: &[SweepRow]) -> Figure {
-    let amplitude = |l: usize| [l as f64, 100.0 * series.degree_deviation(l) / series.mean()];
-    let own = (1..=series.lmax()).map(amplitude).filter(|point| point[1] > 0.0).collect();
+    let spectrum = Spectrum::of(series);
+    let degrees = spectrum.degrees().iter().skip(1).filter(|degree| degree.amplitude > 0.0);
+    let percent = 100.0 / series.mean();
+    let own = degrees.map(|d| [d.degree as f64, percent * d.amplitude]).collect();
     let left_out = by_degree(rows, Column::RelativeRms).into_iter();
     let left_out = left_out.map(|[l, share]| [l, 100.0 * share]).collect();
     Figure::new(

@@ -31,7 +31,7 @@ function showDegree() {
 
 const measuredDegrees = [...new Set(data.rows.filter((row) => row.shape === 'series'
   && Number.isInteger(row.degree)).map((row) => row.degree))].sort((a, b) => a - b);
-const meshRow = data.rows.find((row) => row.shape === 'mesh' && row.degree == null);
+const meshRow = data.rows.find((row) => row.shape === 'original');
 const shownColumns = data.columns.filter((column) =>
   data.rows.some((row) => row.shape === 'series' && row[column.name] != null));
 
