@@ -127,10 +127,9 @@ impl Fit {
 /// The excess of area above which a series counts as ringing.
 const RINGING: f64 = 0.1;
 
-/// Returns the bytes of an indexed triangle mesh in f32, its indices in u16 where these reach all
-/// vertices, else in u32; see [`Mesh::used_size`].
+/// Returns the bytes of an indexed triangle mesh in f32 and u32; see [`Mesh::used_size`].
 pub const fn mesh_bytes([vertices, faces]: [usize; 2]) -> usize {
-    12 * vertices + if vertices <= 1 << 16 { 6 } else { 12 } * faces
+    12 * vertices + 12 * faces
 }
 
 /// Returns the bytes of the coefficients of degree `lmax` in f32.

@@ -292,38 +292,6 @@ fn info_describes_meshes_with_their_faults() {
     assert_says(&desk.done(["info", "open.obj"]).out, &["closed            no", "3 edges"]);
 }
 
-#[test]
-fn sweep_prints_and_writes_a_line_for_each_degree_and_the_mesh() {
-    let desk = Desk::new();
-    for _ in 0..2 {
-        let sweep = ["sweep", &repository("data/head.obj"), "-l", "2,4", "-o", "out", "--force"];
-        let table = desk.done(sweep).out;
-        assert_says(&table, &["| degree 2 |", "| degree 4 |", "| mesh     |", "587 796 B"]);
-    }
-    let csv = desk.text("out/sweep.csv");
-    let starts: Vec<String> =
-        csv.lines().map(|l| l.split(',').take(4).collect::<Vec<_>>().join(",")).collect();
-    let expected =
-        ["shape,degree,coefficients,bytes", "series,2,9,36", "series,4,25,100", "mesh,,,587796"];
-    assert_eq!(starts, expected);
-    for (name, count) in [("out/head-2.txt", 9), ("out/head-4.txt", 25)] {
-        assert_eq!(desk.json(["info", name])["coefficients"], count);
-    }
-}
-
-#[test]
-fn json_of_a_sweep_has_falling_errors() {
-    let desk = Desk::new();
-    desk.put("cube.obj", cube(1.0));
-    let report = desk.json(["sweep", "cube.obj", "-l", "2..4", "-o", "out"]);
-    let rows = report["rows"].as_array().expect("rows");
-    let rms: Vec<f64> = rows.iter().filter_map(|r| r["relative_rms"].as_f64()).collect();
-    assert_eq!(rows.len(), 4, "degrees 2, 3, 4 and the mesh");
-    // A cube has no part of odd degree: 3 buys nothing beyond what the points that measure the
-    // error make of it.
-    assert!((rms[0] - rms[1]).abs() <= 1e-3 * rms[0] && rms[2] <= 0.5 * rms[1], "{rms:?}");
-}
-
 // Wrong command lines.
 
 #[test]

@@ -153,27 +153,3 @@ fn table_that_cannot_be_read_stays_as_it_is() {
     desk.refused("", &["out/a.txt: this file is there already"]);
     assert_eq!(desk.text("out/fits.csv"), cut);
 }
-
-#[test]
-fn sweep_goes_on_from_its_table() {
-    let desk = Desk::of(&["sweep", "a.obj", "-o", "out"]).with("a.obj", cube(1.0));
-    desk.done("-l 1,2");
-    let whole = desk.text("out/sweep.csv");
-    let rows: Vec<&str> = whole.lines().collect();
-    desk.put("out/sweep.csv", format!("{}\n{}\n{}", rows[0], rows[1], &rows[2][..9]));
-    for name in ["sweep.svg", "sweep.png", "a-2.txt"] {
-        fs::remove_file(desk.path(&format!("out/{name}"))).expect("it was written");
-    }
-    desk.done("-l 1,2");
-    let again = desk.text("out/sweep.csv");
-    let now: Vec<&str> = again.lines().collect();
-    assert_eq!((now.len(), now[1]), (4, rows[1]), "the first was timed again: {again}");
-    assert!(now[2].starts_with("series,2,") && now[3].starts_with("mesh,"), "{again}");
-    assert!(desk.path("out/a-2.txt").exists() && desk.path("out/sweep.png").exists());
-    // More degrees, and the figure anew.
-    let figure = desk.bytes("out/sweep.svg");
-    desk.done("-l 1,2,3");
-    assert!(desk.bytes("out/sweep.svg") != figure);
-    desk.put("a.obj", cube(2.0));
-    desk.refused("-l 1", &["out/sweep.csv: the row of series 1 is of another run"]);
-}

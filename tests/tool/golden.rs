@@ -36,8 +36,24 @@ const FILES: [(&str, &str); 9] = [
 ];
 
 /// Columns of tables, and keys of JSON, whose numbers are times or memory.
-const COLUMNS: [&str; 6] = ["time", "fit ms", "ns per ray", "seconds", "fit_ms", "ns_per_ray"];
-const KEYS: [&str; 4] = ["seconds\":", "fit_ms\":", "ns_per_ray\":", "patch_bytes\":"];
+const TIMES: [&str; 10] = [
+    "time",
+    "fit ms",
+    "ray ns",
+    "seconds",
+    "fit_ms",
+    "prepare_ms",
+    "nanoseconds_per_ray",
+    "render_s",
+    "relmse_equal_time",
+    "patch_bytes",
+];
+
+/// Whether a column or a key holds times or memory.
+fn is_timed(name: &str) -> bool {
+    TIMES.contains(&name)
+        || ["_seconds", "_ns", "_ratio", "_ns_q1", "_ns_q3"].iter().any(|end| name.ends_with(end))
+}
 
 #[test]
 fn every_verb_says_and_writes_what_is_stored() {
@@ -153,7 +169,11 @@ fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
 fn described(name: &str, bytes: &[u8]) -> String {
     let fnv1a = |h: u64, byte: &u8| (h ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3);
     let checksum = format!("~ fnv1a {:016x}\n", bytes.iter().fold(0xcbf2_9ce4_8422_2325, fnv1a));
+    if name.contains("time_degree.") {
+        return "a figure of times\n".to_owned();
+    }
     match (name.rsplit('.').next(), std::str::from_utf8(bytes)) {
+        (Some("html"), Ok(text)) => page(text),
         (Some("svg"), Ok(text)) => {
             let parts = text.split('"').filter(|part| !part.contains("base64,"));
             let text = parts.collect::<Vec<_>>().join("\"");
@@ -197,6 +217,22 @@ fn described(name: &str, bytes: &[u8]) -> String {
     }
 }
 
+/// Describes a page by its data, without what stands in other files too.
+fn page(text: &str) -> String {
+    let data = text.split_once("id=\"data\">").and_then(|(_, rest)| rest.split_once("</script>"));
+    let mut data: serde_json::Value =
+        serde_json::from_str(data.expect("data").0).expect("the data are JSON");
+    let plots: Vec<String> = data["plots"]
+        .as_array()
+        .expect("plots")
+        .iter()
+        .map(|plot| plot["name"].to_string())
+        .collect();
+    data["plots"] = plots.into();
+    data["rows"] = data["rows"].as_array().expect("rows").len().into();
+    masked(&format!("HTML of {data:#}\n"))
+}
+
 /// Masks what is not the same from run to run.
 fn masked(text: &str) -> String {
     let (mut all, mut bar, mut columns) = (String::new(), ' ', Vec::new());
@@ -206,8 +242,8 @@ fn masked(text: &str) -> String {
         let line = &without_key(line);
         let now = if line.starts_with('|') { '|' } else { ',' };
         let mut cells: Vec<_> = line.split(now).collect();
-        if cells.iter().any(|cell| COLUMNS.contains(&cell.trim())) {
-            columns = cells.iter().map(|cell| COLUMNS.contains(&cell.trim())).collect();
+        if cells.iter().any(|cell| is_timed(cell.trim())) {
+            columns = cells.iter().map(|cell| is_timed(cell.trim())).collect();
             bar = now;
         }
         for (cell, _) in cells.iter_mut().zip(&columns).filter(|(_, timed)| **timed && bar == now) {
@@ -216,7 +252,8 @@ fn masked(text: &str) -> String {
         let line = cells.join(&now.to_string());
         let mut pieces = pieces(&line);
         for i in (1..pieces.len()).step_by(2) {
-            let key = KEYS.iter().any(|key| pieces[i - 1].trim_end().ends_with(key));
+            let key = pieces[i - 1].trim_end().strip_suffix("\":");
+            let key = key.is_some_and(|key| is_timed(key.rsplit('"').next().unwrap_or(key)));
             let mut unit = pieces[i + 1].split(|c: char| !c.is_alphanumeric());
             if key || unit.next() == Some("") && matches!(unit.next(), Some("s" | "ms" | "min")) {
                 pieces[i] = "#";

@@ -22,6 +22,7 @@ mod cli_render;
 mod cli_shapes;
 #[cfg(unix)]
 mod cli_signals;
+mod cli_sweep;
 mod flags;
 mod golden;
 mod memory;

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use harmolux::Result;
 use harmolux::fit::Shape;
 use harmolux::io::images::{auto_exposure, png};
-use harmolux::io::input::FilesRead;
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::io::tables::{Cell, Table};
@@ -22,7 +21,6 @@ pub(super) struct Run<'a> {
     verb: &'a Sweep,
     table: GrowingTable,
     key: String,
-    files: FilesRead,
     scene: Option<SceneFile>,
     lines: Vec<Line>,
 }
@@ -59,7 +57,6 @@ impl<'a> Run<'a> {
         verb: &'a Sweep,
         mut table: GrowingTable,
         key: String,
-        files: FilesRead,
         scene: Option<SceneFile>,
     ) -> Result<Self> {
         let takes_pictures = scene.as_ref().is_some_and(|scene| !scene.cameras.is_empty());
@@ -87,7 +84,7 @@ impl<'a> Run<'a> {
             lines.push(Line { row, cells, exists: true });
         }
         table.begin()?;
-        Ok(Self { verb, table, key, files, scene, lines })
+        Ok(Self { verb, table, key, scene, lines })
     }
 
     /// Whether all lines are there.
@@ -137,7 +134,7 @@ impl<'a> Run<'a> {
                     let (shape, mut row) = swept.measure_degree(degree).map_err(own)?;
                     let picture = light.as_ref().map(|light| light.measure(&shape, &mut row));
                     let picture = picture.transpose().map_err(own)?.flatten();
-                    Some(self.keep_series(&row, shape, degree, picture.as_ref(), exposure)?)
+                    Some(self.keep_series(&row, &shape, degree, picture.as_ref(), exposure)?)
                 }
                 _ => {
                     let mut row = swept.measure_original().map_err(own)?;
@@ -164,15 +161,14 @@ impl<'a> Run<'a> {
     fn keep_series(
         &self,
         row: &SweepRow,
-        shape: Shape,
+        shape: &Shape,
         degree: usize,
         picture: Option<&Picture>,
         exposure: f64,
     ) -> Result<Vec<Cell>> {
         let file = shape_file::open(&coefficients(self.verb, degree), self.verb.force)?;
-        let shape = Shape { source: Some(self.files.file.source()), ..shape };
         self.keep(row, || {
-            file.write(&shape)?;
+            file.write(shape)?;
             picture.map_or(Ok(()), |picture| self.write_picture(Some(degree), picture, exposure))
         })
     }

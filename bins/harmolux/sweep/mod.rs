@@ -99,7 +99,7 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let key = key(&files, &(said, in_scene));
     let outputs = pages::Outputs::open(verb)?;
     let scene = scene.map(|(scene, _)| scene);
-    let mut run = Run::new(verb, table, key, files, scene)?;
+    let mut run = Run::new(verb, table, key, scene)?;
     let settings = SweepSettings { fit: verb.shaping.settings(0), width: None };
     if run.is_complete() {
         meter.stage("reading what is there");
@@ -124,7 +124,7 @@ fn original(verb: &Sweep) -> Result<(Original, FilesRead)> {
     Ok(match read {
         Read::Mesh(mesh) => {
             idle::refuse(&format!("{name}: this is a mesh"), &verb.series.given())?;
-            (Original::Mesh(mesh), files)
+            (Original::Mesh(mesh, Some(files.file.source())), files)
         }
         Read::Series(shape) => {
             let why = format!("{name}: these are coefficients, not a mesh");

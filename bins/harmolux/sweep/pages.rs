@@ -51,7 +51,7 @@ impl Outputs {
         let options = ReadOptions::default();
         let highest = coefficients::read(&lines::coefficients(verb, last), &options)?;
         let series = match original {
-            Original::Mesh(_) => &highest,
+            Original::Mesh(..) => &highest,
             Original::Series(shape) => shape,
         };
         let figures = sweep_figures(rows, &series.coefficients);
@@ -64,7 +64,7 @@ impl Outputs {
             written.push(PlotFormat::Png.write(figure, png, Stage::Complete));
         }
         match original {
-            Original::Mesh(mesh) => {
+            Original::Mesh(mesh, _) => {
                 let faces = mesh.triangles().len();
                 page.shape(&lines::stem(verb), series, Some((&thinned(mesh, MOST_FACES)?, faces)));
             }

@@ -110,7 +110,7 @@ impl Light {
         });
         let noise = SweepRow::new(Rendition::Original, None);
         let stand = match original {
-            Original::Mesh(_) => Stand::Mesh,
+            Original::Mesh(..) => Stand::Mesh,
             Original::Series(shape) => Stand::series(shape)?,
         };
         let original = Seen { shots: None, mask: Vec::new(), lux: Vec::new() };

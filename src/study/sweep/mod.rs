@@ -29,7 +29,7 @@ use self::decimation::Decimation;
 use self::quantised::quantised;
 use self::timing::{Timer, quartiles, reach};
 use super::{CompareSettings, Comparison, Subject, compare};
-use crate::fit::{Fit, FitSettings, Measures, Shape, fit, series_bytes};
+use crate::fit::{Fit, FitSettings, Measures, Shape, Source, fit, series_bytes};
 use crate::mesh::Mesh;
 use crate::sh::PrincipalAxes;
 use crate::surface::{Intersector, MeshSurface, ShSurface, Surface};
@@ -38,8 +38,8 @@ use crate::{Error, Result};
 /// Holds what is swept.
 #[derive(Debug, Clone)]
 pub enum Original {
-    /// A mesh, metres: every degree is a fit.
-    Mesh(Mesh),
+    /// A mesh, metres, and the file it comes from: every degree is a fit.
+    Mesh(Mesh, Option<Source>),
     /// A series: every degree is cut from it.
     Series(Shape),
 }
@@ -48,7 +48,7 @@ impl Original {
     /// Returns it as one of two shapes that are compared.
     pub const fn subject(&self) -> Subject<'_> {
         match self {
-            Self::Mesh(mesh) => Subject::Mesh(mesh),
+            Self::Mesh(mesh, _) => Subject::Mesh(mesh),
             Self::Series(shape) => Subject::Series(shape),
         }
     }
@@ -94,14 +94,14 @@ impl Sweep {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         let pool = pool.map_err(|e| Error::Numeric(format!("no thread to time on: {e}")))?;
         let (centre, star, mean_radius) = match &original {
-            Original::Mesh(mesh) => {
+            Original::Mesh(mesh, _) => {
                 let ball = fit(mesh, &FitSettings { lmax: 0, ..settings.fit })?;
                 (ball.centre, ball.folds.is_none(), ball.coefficients.mean())
             }
             Original::Series(shape) => (shape.centre, true, shape.coefficients.mean()),
         };
         let (surface, radius): (Box<dyn Surface>, f64) = match &original {
-            Original::Mesh(mesh) => {
+            Original::Mesh(mesh, _) => {
                 let moved = mesh.translated(-centre);
                 let radius = reach(moved.used_positions());
                 (Box::new(MeshSurface::new(moved)?), radius)
@@ -113,7 +113,7 @@ impl Sweep {
             }
         };
         let measures = match &original {
-            Original::Mesh(mesh) => Measures::of_mesh(mesh),
+            Original::Mesh(mesh, _) => Measures::of_mesh(mesh),
             Original::Series(shape) => Measures::of_shape(shape),
         };
         let (timer, measures) = (Timer::new(radius), measures.ok());
@@ -131,7 +131,7 @@ impl Sweep {
     /// As [`Sweep::new`].
     pub fn measure_original(&self) -> Result<SweepRow> {
         let degree = match &self.original {
-            Original::Mesh(_) => None,
+            Original::Mesh(..) => None,
             Original::Series(shape) => Some(shape.coefficients.lmax()),
         };
         let mut row = SweepRow::new(Rendition::Original, degree);
@@ -149,7 +149,7 @@ impl Sweep {
             row[column] = 0.0;
         }
         match &self.original {
-            Original::Mesh(mesh) => {
+            Original::Mesh(mesh, _) => {
                 storage::mesh(&mut row, mesh)?;
                 let made = || MeshSurface::new(mesh.translated(-self.centre));
                 let (surface, ms) = self.pool.install(|| timed(made))?;
@@ -173,12 +173,13 @@ impl Sweep {
     pub fn measure_degree(&self, degree: usize) -> Result<(Shape, SweepRow)> {
         let mut row = SweepRow::new(Rendition::Series, Some(degree));
         let (shape, rms) = match &self.original {
-            Original::Mesh(mesh) => {
+            Original::Mesh(mesh, source) => {
                 let fitted = self.fit(mesh, degree, &mut row)?;
                 let Fit { coefficients, centre, error, .. } = fitted;
                 row[Column::RelativeRms] = error.rms / coefficients.mean();
                 row[Column::RelativeMax] = error.max / coefficients.mean();
-                let shape = Shape { centre, ..Shape::new(coefficients) };
+                let source = source.clone();
+                let shape = Shape { centre, source, ..Shape::new(coefficients) };
                 (shape, Some(error.rms))
             }
             Original::Series(shape) => (cut(shape, degree)?, None),
@@ -198,7 +199,7 @@ impl Sweep {
     /// [`Error::Memory`] for more than is free.
     pub fn rivals(&self) -> Result<Option<Rivals<'_>>> {
         match &self.original {
-            Original::Mesh(mesh) => {
+            Original::Mesh(mesh, _) => {
                 let decimation = Decimation::new(mesh, self.centre, self.star)?;
                 Ok(Some(Rivals { sweep: self, decimation }))
             }

@@ -1,0 +1,269 @@
+//! `sweep` and `view` as a user meets them: every number is that of the verb that measures it
+//! alone, every line is kept as it comes, and names are never markup.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::common::desk::{Desk, assert_says};
+use crate::common::scenes::{LAMP, ROOM};
+use crate::common::solids::cube;
+use crate::common::desk::repository;
+
+/// A stone that no mirror maps to itself, as a mesh of 1280 faces.
+fn stone(desk: &Desk) {
+    desk.done("random --power-law rms=0.15,exponent=3 -l 12 --seed 3 -o seed.txt");
+    desk.done("mesh seed.txt -o stone.obj --resolution 8");
+}
+
+/// A room in which the stone is an SH object, seen by a camera and a few sensors.
+const BODY: &str = r#"[objects.body.sh]
+file = "stone.obj"
+degree = 9
+at = [2, 3, 1.2]
+scale = 0.6
+material = "grey"
+[cameras.main.perspective]
+from = [2, 0.3, 1.5]
+to = [2, 3, 1.2]
+fov = 50
+resolution = [24, 18]
+[sensors.floor.points]
+at = [[1, 1, 0], [3, 4, 0]]
+normal = [0, 0, 1]
+[render]
+exposure = 0.05
+[illum]
+stop = { walks = 4096 }
+"#;
+
+fn rows(report: &Value) -> Vec<&Value> {
+    report["rows"].as_array().expect("rows").iter().collect()
+}
+
+fn row<'a>(report: &'a Value, shape: &str, degree: Option<u64>) -> &'a Value {
+    let found = rows(report).into_iter();
+    let found = found.filter(|row| row["shape"] == shape && row["degree"].as_u64() == degree);
+    let found: Vec<&Value> = found.collect();
+    assert_eq!(found.len(), 1, "{shape} {degree:?}");
+    found[0]
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+#[test]
+fn numbers_of_shape_and_storage_are_those_of_fit_diff_and_convert() {
+    let desk = Desk::new();
+    stone(&desk);
+    let report = desk.json("sweep stone.obj -l 2,5 -o out");
+    let five = row(&report, "series", Some(5));
+    let fit = desk.json("fit stone.obj -l 5 -o five.txt");
+    assert_eq!(five["relative_rms"], fit["relative_rms"]);
+    assert_eq!(five["relative_max"], fit["relative_max"]);
+    assert_eq!(desk.bytes("five.txt"), desk.bytes("out/stone-5.txt"));
+    let diff = desk.json("diff five.txt stone.obj");
+    for (own, other) in [
+        ("hausdorff_lower_m", "hausdorff_lower_m"),
+        ("hausdorff_upper_m", "hausdorff_upper_m"),
+        ("normal_mean_deg", "normal_angle_mean_deg"),
+        ("normal_95_deg", "normal_angle_95_deg"),
+    ] {
+        let (own, other) = (number(&five[own]), number(&diff[other]));
+        assert!((own - other).abs() <= 1e-12 * other, "{own} and {other}");
+    }
+    let volume = number(&diff["volume_a_m3"]) / number(&diff["volume_b_m3"]) - 1.0;
+    assert!((number(&five["volume_error"]) - volume).abs() <= 1e-12);
+    // What is written by hand has as many bytes.
+    desk.done("fit stone.obj -l 5 -o five.hxc");
+    desk.done("convert five.txt five.hxb");
+    let bytes = |name: &str| desk.bytes(name).len() as u64;
+    assert_eq!(five["bytes_compact"], bytes("five.hxc"));
+    assert_eq!(five["bytes_f64"], bytes("five.hxb"));
+    assert_eq!(five["bytes_text"], bytes("five.txt"));
+    assert_eq!((&five["bytes_f32"], &five["numbers"]), (&144.into(), &36.into()));
+    let original = row(&report, "original", None);
+    for (column, name) in [("bytes_ply", "copy.ply"), ("bytes_stl", "copy.stl")] {
+        desk.done(format!("convert stone.obj {name}"));
+        assert_eq!(original[column], bytes(name), "{column}");
+    }
+    // A decimated mesh takes no more bytes than the series, and errs as `diff` says.
+    let rival = row(&report, "decimated", Some(5));
+    assert!(number(&rival["bytes_f32"]) <= 144.0 && number(&rival["numbers"]) == 7.0);
+    assert!(number(&rival["relative_rms"]) > number(&five["relative_rms"]));
+    for column in ["hit_ns", "blocked_batch_ratio", "refine_ns_q3", "prepare_ms", "bytes_traced"] {
+        assert!(number(&five[column]) > 0.0, "{column}");
+    }
+}
+
+#[test]
+fn numbers_of_light_are_those_of_render_illum_and_compare() {
+    let desk = Desk::new();
+    stone(&desk);
+    desk.put("room.toml", [ROOM, LAMP, BODY].concat());
+    let report = desk.json("sweep stone.obj -l 3 --scene room.toml --samples 8 -o out");
+    let three = row(&report, "series", Some(3));
+    let body = desk.text("room.toml");
+    let mesh = body.replace("[objects.body.sh]", "[objects.body.mesh]").replace("degree = 9\n", "");
+    desk.put("mesh.toml", mesh);
+    desk.put("three.toml", body.replace("degree = 9", "degree = 3"));
+    let stop = "-D render.stop.walks=256";
+    desk.done(format!("render mesh.toml {stop} -o mesh.png -o mesh.exr"));
+    desk.done(format!("render mesh.toml {stop} --seed 1 -o noise.exr"));
+    desk.done(format!("render three.toml {stop} --seed 1 -o three.png -o three.exr"));
+    let pixels = |name: &str| image::load_from_memory(&desk.bytes(name)).expect("a PNG").to_rgb8();
+    assert_eq!(pixels("out/stone-original.png"), pixels("mesh.png"));
+    assert_eq!(pixels("out/stone-3.png"), pixels("three.png"));
+    let compared = |name: &str| {
+        let said = desk.run(format!("compare {name} mesh.exr --json"));
+        let value: Value = serde_json::from_str(&said.out).expect("JSON");
+        [number(&value["relative_mse"]), number(&value["flip"]["mean"])]
+    };
+    let ([relmse, flip], [noise, flip_noise]) = (compared("three.exr"), compared("noise.exr"));
+    // An EXR keeps seven digits.
+    let near = |a: &Value, b: f64| assert!((number(a) - b).abs() <= 1e-4 * b.abs(), "{a} {b}");
+    near(&three["relmse"], (relmse - noise).max(0.0));
+    near(&three["relmse_noise"], noise);
+    near(&three["flip"], flip);
+    near(&three["flip_noise"], flip_noise);
+    let lux = |scene: &str, seed: &str| -> Vec<f64> {
+        let report = desk.json(format!("illum {scene} --seed {seed}"));
+        rows(&report).iter().map(|row| number(&row["illuminance_lx"])).collect()
+    };
+    let (own, original) = (lux("three.toml", "1"), lux("mesh.toml", "0"));
+    let changes = own.iter().zip(&original).map(|(a, b)| (a / b - 1.0).abs());
+    near(&three["lux_max"], changes.fold(0.0, f64::max));
+    assert!(number(&three["silhouette_pixels"]) > 0.0 && number(&three["render_ratio"]) > 0.0);
+}
+
+#[test]
+fn a_sweep_goes_on_from_its_table() {
+    let desk = Desk::of(&["sweep", "a.obj", "-o", "out"]).with("a.obj", cube(1.0));
+    desk.done("-l 1,2");
+    let whole = desk.text("out/sweep.csv");
+    let lines: Vec<&str> = whole.lines().collect();
+    let starts = ["shape,degree,", "original,,", "series,1,", "series,2,"];
+    assert!(lines.iter().zip(starts).all(|(line, start)| line.starts_with(start)), "{whole}");
+    desk.put(
+        "out/sweep.csv",
+        format!("{}\n{}\n{}\n{}", lines[0], lines[1], lines[2], &lines[3][..9]),
+    );
+    for name in ["error_bytes.svg", "spectrum.png", "a-2.txt", "index.html"] {
+        fs::remove_file(desk.path(&format!("out/{name}"))).expect("it was written");
+    }
+    desk.done("-l 1,2");
+    let again = desk.text("out/sweep.csv");
+    let now: Vec<&str> = again.lines().collect();
+    assert_eq!(now[..3], lines[..3], "what was there was timed again: {again}");
+    assert_eq!(now.len(), lines.len());
+    assert!(desk.path("out/a-2.txt").exists() && desk.path("out/index.html").exists());
+    // More degrees, and the figures anew; a complete sweep is as it was.
+    let figure = desk.bytes("out/error_degree.svg");
+    desk.done("-l 1,2,3");
+    assert!(desk.bytes("out/error_degree.svg") != figure);
+    let three = desk.text("out/sweep.csv");
+    desk.done("-l 1,2,3");
+    assert_eq!(desk.text("out/sweep.csv"), three);
+    desk.put("a.obj", cube(2.0));
+    desk.refused("-l 1", &["out/sweep.csv: the row of original", "is of another run"]);
+}
+
+#[test]
+fn a_table_is_printed_and_limits_are_answered() {
+    let desk = Desk::new();
+    stone(&desk);
+    let said = desk.done("sweep stone.obj -l 2..6 -o out --tolerance rms=20%,hausdorff=1km");
+    assert_says(&said.out, &["| degree 2", "| mesh as 6", "rms <= 20%: degree 2, 36 B"]);
+    let report = desk.json_at(4, "sweep stone.obj -l 2..6 -o out --tolerance rms=20%,normal=0deg");
+    assert_eq!(report["answers"][0]["degree"], 2);
+    assert_eq!(report["answers"][1]["degree"], Value::Null);
+    let said = desk.ends(4, "sweep stone.obj -l 2..6 -o out --tolerance max=0");
+    assert_says(&said.err, &["max <= 0: no degree keeps this"]);
+    desk.ends(3, "sweep stone.obj -l 2..6 -o out --tolerance flip=0.1");
+    let said = desk.ends(2, "sweep stone.obj -l 2 -o out --tolerance size=1");
+    assert_says(&said.err, &["no limit of this name: use one of rms, max"]);
+}
+
+#[test]
+fn a_series_is_cut_at_each_degree() {
+    let desk = Desk::new();
+    stone(&desk);
+    desk.done("fit stone.obj -l 8 -o eight.txt");
+    let report = desk.json("sweep eight.txt -l 2,8 -o out");
+    assert_eq!(rows(&report).len(), 3, "no mesh, no rivals");
+    desk.done("convert eight.txt -l 2 two.txt");
+    let diff = desk.json("diff two.txt eight.txt");
+    let two = row(&report, "series", Some(2));
+    let rms = number(&diff["radial_rms_m"]) / number(&diff["mean_radius_a_m"]);
+    assert!((number(&two["relative_rms"]) - rms).abs() <= 1e-9 * rms);
+    assert!(number(&row(&report, "series", Some(8))["relative_rms"]) <= 1e-12);
+    desk.refused("sweep eight.txt -l 2,9 -o other", &["no degree above 8", "`-l`"]);
+    desk.refused("sweep eight.txt -l 2 -o other --unit mm", &["--unit"]);
+    desk.refused("sweep stone.obj -l 2 -o other --normalisation 4pi", &["--normalisation"]);
+}
+
+#[test]
+fn bad_input_says_what_and_where() {
+    let desk = Desk::new();
+    stone(&desk);
+    desk.put("room.toml", [ROOM, LAMP, BODY].concat());
+    desk.put("other.obj", cube(1.0));
+    let says = ["room.toml", "no [objects.NAME.sh] whose file is other.obj, only stone.obj"];
+    desk.refused("sweep other.obj -l 2 -o out --scene room.toml", &says);
+    for words in [
+        "sweep stone.obj -l 5..2 -o out",
+        "sweep stone.obj -l= -o out",
+        "sweep stone.obj -l 2 -o out -D illum.seed=2",
+        "sweep stone.obj -l 2 -o out --size 8x8",
+        "sweep stone.obj -l 2 -o out --scene room.toml --samples 1",
+    ] {
+        desk.ends(2, words);
+    }
+    assert!(!desk.path("out").exists());
+}
+
+#[test]
+fn names_on_a_page_are_no_markup() {
+    let desk = Desk::new();
+    let name = "<img src=x onerror=alert(1)>";
+    desk.put(&format!("{name}.obj"), cube(1.0));
+    let file = format!("{name}.obj");
+    desk.done(["sweep", &file, "-l", "2", "-o", "out"]);
+    desk.done(["view", &format!("out/{name}-2.txt"), "--mesh", &file, "-o", "one.html"]);
+    for page in ["out/index.html", "one.html"] {
+        let html = desk.text(page);
+        assert!(!html.contains("<img src=x"), "{page}");
+        assert!(html.contains("\\u003cimg src=x onerror=alert(1)>"), "{page}");
+    }
+}
+
+#[test]
+fn view_shows_several_shapes_of_one_name() {
+    let desk = Desk::new();
+    stone(&desk);
+    for folder in ["a", "b"] {
+        fs::create_dir(desk.path(folder)).expect("made");
+        desk.done(format!("fit stone.obj -l 2 -o {folder}/x.txt"));
+    }
+    let report = desk.json("view a/x.txt b/x.txt -o both.html");
+    assert_eq!(report["shapes"].as_array().expect("names").len(), 2);
+    assert!(desk.text("both.html").starts_with("<!doctype html>"));
+    desk.refused("view a/x.txt b/x.txt -o both.html", &["both.html", "--force"]);
+    desk.done("view a/x.txt -o both.html --force");
+    desk.refused("view stone.obj -o mesh.html", &["stone.obj"]);
+    desk.refused("view a/x.txt -o page.txt", &["page.txt"]);
+}
+
+#[test]
+fn the_head_costs_what_the_readme_says() {
+    let desk = Desk::new();
+    let report = desk.json(["sweep", &repository("data/head.obj"), "-l", "32", "-o", "out"]);
+    let [series, rival, mesh] = [("series", Some(32)), ("decimated", Some(32)), ("original", None)]
+        .map(|(shape, degree)| row(&report, shape, degree));
+    assert_eq!((&series["bytes_f32"], &mesh["bytes_f32"]), (&4356.into(), &391_872.into()));
+    assert!((number(&series["relative_rms"]) - 0.005_19).abs() <= 0.000_005);
+    // At equal bytes the series errs a fourth of what the decimated mesh does, or less.
+    assert!(number(&rival["bytes_f32"]) <= 4356.0);
+    assert!(number(&rival["relative_rms"]) >= 3.0 * number(&series["relative_rms"]));
+}
