@@ -33,7 +33,7 @@ use harmolux::scene::{Camera, Film, Filter, Scene};
 use harmolux::study::{camera, load};
 use statrs::distribution::{Continuous, StudentsT};
 
-const SCENES: [(&str, [u32; 2]); 2] = [("head_room", [32, 24]), ("cornell_head", [24, 24])];
+const SCENES: [(&str, [u32; 2]); 2] = [("paper_figure_3", [32, 24]), ("cornell_head", [24, 24])];
 const COMBINED: &str = "double-local";
 /// Eye rays to a pixel: one and four in each replicate.
 const SAMPLES: [u64; 2] = [32, 128];

@@ -24,7 +24,7 @@ use harmolux::study::{camera, load};
 
 /// Scenes, the size of their pictures and the first target.
 const SCENES: [(&str, [u32; 2], f64); 2] =
-    [("head_room", [48, 36], 0.05), ("cornell_head", [40, 40], 0.05)];
+    [("paper_figure_3", [48, 36], 0.05), ("cornell_head", [40, 40], 0.05)];
 const TARGETS: i32 = 4;
 /// The walks per pixel after the first stage, and where a run is given up.
 const FIRST: u64 = 1024;
@@ -39,9 +39,9 @@ struct Cost {
 }
 
 fn main() -> Result<()> {
-    println!("scene          target     with rest               without                ratio of");
+    println!("scene            target     with rest               without                ratio of");
     println!(
-        "                          s  rounds  within        s  rounds  within     time  samples"
+        "                            s  rounds  within        s  rounds  within     time  samples"
     );
     for (name, size, first) in SCENES {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("data/scenes/{name}.toml"));
@@ -54,7 +54,7 @@ fn main() -> Result<()> {
             let [rest, all] =
                 [cost(&scene, &camera, target, true)?, cost(&scene, &camera, target, false)?];
             let ratio = [all.seconds / rest.seconds, all.samples as f64 / rest.samples as f64];
-            print!("{name:12} {:6.2} %", 100.0 * target);
+            print!("{name:14} {:6.2} %", 100.0 * target);
             for Cost { seconds, rounds, within, .. } in [rest, all] {
                 print!(" {seconds:8.2} {rounds:7} {:5.1} %", 100.0 * within);
             }
@@ -62,7 +62,7 @@ fn main() -> Result<()> {
             ratios.iter_mut().zip(ratio).for_each(|(sum, ratio)| *sum += ratio.ln());
         }
         let [time, samples] = ratios.map(|sum| (sum / f64::from(TARGETS)).exp());
-        println!("{name:12} geometric mean {:47} {time:8.2} {samples:8.2}", "");
+        println!("{name:14} geometric mean {:47} {time:8.2} {samples:8.2}", "");
     }
     Ok(())
 }

@@ -53,7 +53,7 @@ impl Walked<'_> {
 }
 
 /// The share of its first flux below which a walk plays Russian roulette. Earlier, roulette would
-/// save less than its variance costs: in the head room, where about half is reflected, this takes
+/// save less than its variance costs: in `paper_figure_3`, which reflects about half, this takes
 /// 0.6 of the time to a given error that roulette at every hit takes; starting one hit earlier or
 /// later takes a tenth more than this.
 const FAINT: f64 = 0.25;

@@ -39,8 +39,8 @@ fn check(name: &str, resolution: [u32; 2], alone_by_pixel: bool) {
 }
 
 #[test]
-fn every_strategy_gives_the_head_room_of_path_tracing() {
-    check("head_room", [24, 18], true);
+fn every_strategy_gives_the_room_of_the_paper_of_path_tracing() {
+    check("paper_figure_3", [24, 18], true);
 }
 
 #[test]

@@ -89,6 +89,7 @@ fn head_room_renders_to_png_and_exr_with_a_full_report_again_and_again() {
             ],
         );
         assert_says(&output.err, &["fitted `head`: degree 32", "exposure"]);
+        assert!(!output.err.contains("warning"), "{}", output.err);
     }
     assert!(desk.bytes("head_room.png").starts_with(b"\x89PNG\r\n\x1a\n"));
     assert_eq!(desk.content().len(), 2);
@@ -544,7 +545,7 @@ fn warnings(desk: &Desk, define: &str) -> String {
 #[test]
 fn objects_that_cut_a_wall_or_lie_outside_are_warned_of() {
     let desk = Desk::new();
-    let scene = head_room();
+    let scene = repository("data/scenes/paper_figure_3.toml");
     let said = |at: &str| {
         let at = format!("objects.head.sh.at={at}");
         let more = ["-D", &at, "-D", "objects.head.sh.degree=2", "--force"];

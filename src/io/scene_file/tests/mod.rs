@@ -15,6 +15,7 @@ use crate::scene::Measure;
 use messages::*;
 
 const HEAD_ROOM: &str = include_str!("../../../../data/scenes/head_room.toml");
+const PAPER_ROOM: &str = include_str!("../../../../data/scenes/paper_figure_3.toml");
 
 const ROOM: &str = r#"format = 1
 [materials.walls.lambert]
@@ -105,8 +106,8 @@ fn parse(text: &str, overrides: &[(&str, &str)]) -> Result<SceneFile> {
     SceneFile::parse(Path::new("dir/room.toml"), text, overrides)
 }
 
-fn shipped() -> SceneFile {
-    SceneFile::parse(Path::new("data/scenes/head_room.toml"), HEAD_ROOM, &[]).expect("parses")
+fn shipped(text: &str) -> SceneFile {
+    SceneFile::parse(Path::new("data/scenes/room.toml"), text, &[]).expect("parses")
 }
 
 fn assert_messages(base: &str, damages: &[Damage]) {
@@ -386,8 +387,27 @@ fn files_are_read_and_what_cannot_be_read_is_told() {
 }
 
 #[test]
-fn the_shipped_scene_parses_and_nothing_touches() {
-    let scene = shipped();
+fn the_head_room_parses_and_its_panel_looks_at_the_head() {
+    let scene = shipped(HEAD_ROOM);
+    let ObjectSpec::Box(room) = &scene.objects["room"] else { panic!("a box") };
+    let ObjectSpec::Box(plinth) = &scene.objects["plinth"] else { panic!("a box") };
+    let ObjectSpec::Sh(head) = &scene.objects["head"] else { panic!("a head") };
+    let ObjectSpec::Rectangle(panel) = &scene.objects["panel"] else { panic!("a rectangle") };
+    let camera = scene.camera().expect("one camera").1;
+    assert_eq!((head.degree, camera.resolution()), (32, [510, 340]));
+    for point in [scene.lights["lamp"].at, camera.from(), head.at, panel.corner] {
+        assert!(point.cmpgt(room.min).all() && point.cmplt(room.max).all());
+    }
+    // The origin of the head is above the plinth, by less than its largest radius.
+    assert!(head.at.cmpgt(plinth.min).all() && head.at.z > plinth.max.z);
+    assert!(head.at.truncate().cmplt(plinth.max.truncate()).all());
+    assert!(head.at.z < plinth.max.z + 0.1414 * head.scale);
+    assert!(panel.edge_u.cross(panel.edge_v).dot(head.at - panel.corner) > 0.0);
+}
+
+#[test]
+fn in_the_room_of_the_paper_nothing_touches() {
+    let scene = shipped(PAPER_ROOM);
     let ObjectSpec::Box(room) = &scene.objects["room"] else { panic!("a box") };
     let ObjectSpec::Sh(head) = &scene.objects["head"] else { panic!("a head") };
     let lamp = &scene.lights["lamp"];
