@@ -118,7 +118,7 @@ fn numbers_of_light_are_those_of_render_illum_and_compare() {
     let compared = |name: &str| {
         let said = desk.run(format!("compare {name} mesh.exr --json"));
         let value: Value = serde_json::from_str(&said.out).expect("JSON");
-        [number(&value["relative_mse"]), number(&value["flip"]["mean"])]
+        [number(&value["relmse"]), number(&value["flip_mean"])]
     };
     let ([relmse, flip], [noise, flip_noise]) = (compared("three.exr"), compared("noise.exr"));
     // An EXR keeps seven digits.

@@ -82,7 +82,7 @@ pub struct Sweep {
 }
 
 /// How often what is not a ray is timed, as long as that takes less than [`PATIENCE`] seconds.
-const REPEATS: usize = 5;
+const REPEATS: usize = 3;
 const PATIENCE: f64 = 0.3;
 
 impl Sweep {

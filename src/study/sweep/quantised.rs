@@ -9,7 +9,7 @@ use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
-use glam::{DVec3, I64Vec3};
+use glam::I64Vec3;
 
 use crate::mesh::Mesh;
 use crate::{Error, Result};
@@ -217,6 +217,8 @@ fn push(bytes: &mut Vec<u8>, mut number: u64) {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::fit::{Resolution, tessellate};
     use crate::sh::Coefficients;
