@@ -107,6 +107,7 @@ fn table(rows: &[SweepRow]) -> (Value, Value) {
             "title": column.title(),
             "unit": column.unit(),
             "scale": scale,
+            "detail": is_detail(*column),
         })
     });
     let values = rows.iter().map(|row| {
@@ -122,4 +123,13 @@ fn table(rows: &[SweepRow]) -> (Value, Value) {
         Value::Object(object)
     });
     (described.collect(), values.collect())
+}
+
+/// Whether a number is one for the table alone, not for the panel beside the shape.
+fn is_detail(column: Column) -> bool {
+    let name = column.name();
+    let of_table = [Column::HausdorffLower, Column::RelMseEqualTime, Column::Render];
+    of_table.contains(&column)
+        || ["_q1", "_q3", "_noise"].iter().any(|end| name.ends_with(end))
+        || name.contains("_batch_")
 }

@@ -8,7 +8,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use image::codecs::jpeg::JpegEncoder;
-use image::{ExtendedColorType, RgbImage};
+use image::{DynamicImage, ExtendedColorType, RgbImage};
 use serde_json::{Value, json};
 
 use crate::fit::Shape;
@@ -80,7 +80,7 @@ impl Page {
     /// [`Error::Numeric`] with the complaint of the decoder or the encoder.
     pub fn picture(&mut self, degree: Option<usize>, image: &[u8], of: &[u8]) -> Result<()> {
         let [own, other] = [image, of].map(|bytes| {
-            image::load_from_memory(bytes).map(|image| image.into_rgb8()).map_err(|e| failed(&e))
+            image::load_from_memory(bytes).map(DynamicImage::into_rgb8).map_err(|e| failed(&e))
         });
         let (own, other) = (own?, other?);
         let difference = degree.map(|_| difference(&own, &other));
@@ -98,7 +98,8 @@ impl Page {
     }
 
     /// Sets the table: objects with the keys "shape" and "degree" and those of `columns`, which are
-    /// objects of "name", "title", "unit" and "scale".
+    /// objects of "name", "title", "unit", "scale" and "detail", which is true for what stands in the
+    /// table alone.
     pub fn table(&mut self, columns: Value, rows: Value) {
         (self.more["columns"], self.more["rows"]) = (columns, rows);
     }

@@ -32,8 +32,8 @@ function showDegree() {
 const measuredDegrees = [...new Set(data.rows.filter((row) => row.shape === 'series'
   && Number.isInteger(row.degree)).map((row) => row.degree))].sort((a, b) => a - b);
 const meshRow = data.rows.find((row) => row.shape === 'original');
-const shownColumns = data.columns.filter((column) =>
-  data.rows.some((row) => row.shape === 'series' && row[column.name] != null));
+const shownColumns = data.columns.filter((column) => !column.detail
+  && data.rows.some((row) => row.shape === 'series' && row[column.name] != null));
 
 /** What was measured at this degree beside the mesh; as high whether it was or not. */
 function showNumbers() {
@@ -43,7 +43,7 @@ function showNumbers() {
   const { degree } = state;
   const here = data.rows.find((row) => row.shape === 'series' && row.degree === degree);
   const rows = [here ?? { shape: 'series' }, ...(meshRow ? [meshRow] : [])];
-  const head = ['', `Degree ${degree}`, ...(meshRow ? ['Mesh'] : [])];
+  const head = ['', `Degree ${degree}`, ...(meshRow ? [state.shape.mesh ? 'Mesh' : 'Whole'] : [])];
   const text = element('p', {}, here ? 'Measured at this degree' : 'Not measured at this degree');
   const below = measuredDegrees.findLast((other) => other < degree);
   const above = measuredDegrees.find((other) => other > degree && other <= state.shape.lmax);

@@ -82,7 +82,9 @@ impl Decimation {
         let mut edges: Vec<[u32; 2]> = mesh.triangles().iter().flat_map(sides).collect();
         edges.sort_unstable();
         edges.dedup();
-        edges.into_iter().for_each(|[u, v]| decimation.enqueue(u, v));
+        for [u, v] in edges {
+            decimation.enqueue(u, v);
+        }
         Ok(decimation)
     }
 

@@ -270,13 +270,16 @@ pub struct Rivals<'a> {
 
 impl Rivals<'_> {
     /// Decimates the mesh to the bytes of the series of a degree, both in f32, and measures what is
-    /// left; `None` where the mesh itself takes no more. The degrees of calls descend.
+    /// left; `None` where no mesh is as small, or the mesh itself takes no more. The degrees of calls descend.
     ///
     /// # Errors
     /// As [`compare`](super::compare()).
     pub fn measure(&mut self, degree: usize) -> Result<Option<SweepRow>> {
         let sweep = self.sweep;
-        let target = storage::vertices_for(series_bytes(degree)).max(4);
+        let target = storage::vertices_for(series_bytes(degree));
+        if target < 4 {
+            return Ok(None);
+        }
         let mesh = self.decimation.down_to(target)?;
         if mesh.positions().len() > target {
             return Ok(None);

@@ -1,5 +1,7 @@
 //! What a shape and its mesh take as files: measured by writing them.
 
+use glam::DVec3;
+
 use super::row::{Column, SweepRow};
 use crate::Result;
 use crate::fit::Shape;
@@ -54,12 +56,13 @@ pub(super) fn mesh(row: &mut SweepRow, mesh: &Mesh) -> Result<()> {
 /// Writes vertices, and three indices a face: of two bytes where these reach all vertices.
 fn indexed<const N: usize>(mesh: &Mesh, number: impl Fn(f64) -> [u8; N]) -> Vec<u8> {
     let positions = mesh.used_positions();
-    let mut bytes: Vec<u8> = positions.iter().flat_map(|p| p.to_array()).flat_map(number).collect();
+    let mut bytes: Vec<u8> = positions.iter().flat_map(DVec3::to_array).flat_map(number).collect();
     let is_short = positions.len() <= 1 << 16;
     for vertex in mesh.triangles().as_flattened() {
-        match is_short {
-            true => bytes.extend((*vertex as u16).to_le_bytes()),
-            false => bytes.extend(vertex.to_le_bytes()),
+        if is_short {
+            bytes.extend((*vertex as u16).to_le_bytes());
+        } else {
+            bytes.extend(vertex.to_le_bytes());
         }
     }
     bytes
@@ -83,9 +86,9 @@ mod tests {
     fn every_form_has_its_bytes() -> Result<()> {
         let mut row = SweepRow::new(super::super::Rendition::Original, None);
         mesh(&mut row, &shapes::cube())?;
-        assert_eq!(row[Column::BytesF32], (8 * 12 + 12 * 6) as f64);
-        assert_eq!(row[Column::BytesF64], (8 * 24 + 12 * 6) as f64);
-        assert_eq!(row[Column::BytesStl], (84 + 12 * 50) as f64);
+        assert_eq!(row[Column::BytesF32], 8.0 * 12.0 + 12.0 * 6.0);
+        assert_eq!(row[Column::BytesF64], 8.0 * 24.0 + 12.0 * 6.0);
+        assert_eq!(row[Column::BytesStl], 84.0 + 12.0 * 50.0);
         assert_eq!(vertices_for(8 * 12 + 12 * 6), 8);
         let mut ball = Coefficients::zeros(3);
         ball.set(0, 0, 1.0, 0.0);

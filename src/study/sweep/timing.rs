@@ -11,11 +11,12 @@ use super::row::{Column, SweepRow};
 use crate::math::{Ray, sampling};
 use crate::surface::{Hit, Surface};
 
-/// Rays that are timed, and how many make a batch.
+/// Rays that are timed, and how many make a batch and a turn: few, so that whatever else the machine
+/// does falls into few turns.
 const RAYS: usize = 8192;
 const BATCH: usize = 1024;
 /// Turns of each surface.
-const TURNS: usize = 21;
+const TURNS: usize = 49;
 
 /// The rays of a sweep: random chords of a ball, and the same between its points.
 pub(super) struct Timer {
@@ -73,48 +74,61 @@ impl Timer {
         row: &mut SweepRow,
     ) {
         for (task, [median, low, high, ratio]) in Task::ALL {
-            let turn = |surface| self.turn(task, surface);
-            // What is not in the cache yet is fetched.
-            (turn(surface), turn(original));
-            let turns: Vec<[f64; 2]> =
-                (0..TURNS).map(|_| [turn(surface), turn(original)]).collect();
+            let turn = |k| [surface, original].map(|surface| self.turn(task, surface, k));
+            let turns: Vec<[f64; 2]> = (0..TURNS).map(turn).collect();
             let own = quartiles(turns.iter().map(|[own, _]| *own));
             [row[low], row[median], row[high]] = own;
             row[ratio] = quartiles(turns.iter().map(|[own, other]| own / other))[1];
         }
         let hits: Vec<Hit> = self.chords.iter().filter_map(|ray| surface.hit(ray)).collect();
-        let refine = |_| {
+        let refine = |hits: &[Hit]| {
             per_item(hits.len(), || {
-                for hit in &hits {
+                for hit in hits {
                     black_box(surface.refine(black_box(hit)));
                 }
             })
         };
-        let refined = quartiles((0..TURNS).map(refine));
+        let refined = quartiles(hits.chunks(BATCH / 8).map(refine));
         [row[Column::RefineLow], row[Column::Refine], row[Column::RefineHigh]] = refined;
     }
 
-    /// Does a task once over all rays; returns nanoseconds a ray.
-    fn turn(&self, task: Task, surface: &dyn Surface) -> f64 {
-        let mut hits = vec![None; BATCH];
-        let mut blocked = vec![false; BATCH];
-        per_item(self.chords.len(), || match task {
-            Task::Hit => self.chords.iter().for_each(|ray| {
+    /// Does a task over the batch of a turn, after the batch before has brought the surface into the
+    /// cache; returns nanoseconds a ray.
+    fn turn(&self, task: Task, surface: &dyn Surface, turn: usize) -> f64 {
+        let rays = match task {
+            Task::Hit | Task::HitBatch => &self.chords,
+            Task::Blocked | Task::BlockedBatch => &self.segments,
+        };
+        let batch = |k: usize| rays.chunks(BATCH).nth(k % rays.len().div_ceil(BATCH));
+        let (Some(before), Some(now)) = (batch(turn), batch(turn + 1)) else { return f64::NAN };
+        let (mut hits, mut blocked) = (vec![None; BATCH], vec![false; BATCH]);
+        task.work(surface, before, &mut hits, &mut blocked);
+        blocked.fill(false);
+        per_item(now.len(), || task.work(surface, now, &mut hits, &mut blocked))
+    }
+}
+
+impl Task {
+    /// Puts rays to a surface.
+    fn work(
+        self,
+        surface: &dyn Surface,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+        blocked: &mut [bool],
+    ) {
+        match self {
+            Self::Hit => rays.iter().for_each(|ray| {
                 black_box(surface.hit(black_box(ray)));
             }),
-            Task::Blocked => self.segments.iter().for_each(|ray| {
+            Self::Blocked => rays.iter().for_each(|ray| {
                 black_box(surface.blocked(black_box(ray)));
             }),
-            Task::HitBatch => self.chords.chunks(BATCH).for_each(|rays| {
-                surface.hits(black_box(rays), &mut hits[..rays.len()]);
-                black_box(&hits);
-            }),
-            Task::BlockedBatch => self.segments.chunks(BATCH).for_each(|rays| {
-                blocked.fill(false);
-                surface.mark_blocked(black_box(rays), &mut blocked[..rays.len()]);
-                black_box(&blocked);
-            }),
-        })
+            Self::HitBatch => surface.hits(black_box(rays), black_box(&mut hits[..rays.len()])),
+            Self::BlockedBatch => {
+                surface.mark_blocked(black_box(rays), black_box(&mut blocked[..rays.len()]));
+            }
+        }
     }
 }
 
