@@ -67,6 +67,7 @@ Examples:
   harmolux info head.txt                                 what a file holds
   harmolux convert head.txt head.bshc                    coefficients in another format
   harmolux sweep data/head.obj -l 4,8,16,32,64 -o out    what each degree costs and buys
+  harmolux view head.txt -o head.html                    a page that shows it at every degree
   harmolux spectrum head.txt --plot                      how much each degree carries
   harmolux mesh head.txt -o head.ply                     coefficients become a mesh
   harmolux evaluate head.txt --at 45,-120                radius and normal in a direction

@@ -55,21 +55,27 @@ fn error_bytes(rows: &[SweepRow]) -> Figure {
     )
 }
 
-fn by_degree(rows: &[SweepRow], y: Column) -> Vec<[f64; 2]> {
-    let own = rows.iter().filter(|row| row.rendition == Rendition::Series);
+fn by_degree(rows: &[SweepRow], of: Rendition, y: Column) -> Vec<[f64; 2]> {
+    let own = rows.iter().filter(|row| row.rendition == of);
     let point = |row: &SweepRow| Some([row.degree? as f64, row[y]]);
     own.filter_map(point).filter(|point| point[1].is_finite()).collect()
 }
 
 fn error_degree(rows: &[SweepRow]) -> Figure {
-    let curve = |name, column| {
-        let shares = by_degree(rows, column).into_iter().map(|[l, share]| [l, 100.0 * share]);
+    let curve = |name, of, column| {
+        let shares = by_degree(rows, of, column).into_iter().map(|[l, share]| [l, 100.0 * share]);
         Curve::new(name, shares.collect())
     };
+    let mut curves = vec![
+        curve("largest", Rendition::Series, Column::RelativeMax),
+        curve("RMS", Rendition::Series, Column::RelativeRms),
+        curve("RMS of a mesh of as many bytes", Rendition::Decimated, Column::RelativeRms),
+    ];
+    curves.retain(|curve| !curve.points.is_empty());
     Figure::new(
         "Error against degree",
         [Axis::logarithmic("degree"), Axis::logarithmic("error, % of the mean radius")],
-        vec![curve("largest", Column::RelativeMax), curve("RMS", Column::RelativeRms)],
+        curves,
     )
 }
 
@@ -90,7 +96,7 @@ fn time_degree(rows: &[SweepRow]) -> Figure {
         curve("batches", [Column::HitBatch, Column::HitBatchLow, Column::HitBatchHigh]),
         curve("occlusion", [Column::Blocked, Column::BlockedLow, Column::BlockedHigh]),
     ];
-    let degrees = by_degree(rows, Column::Hit).into_iter().map(|[l, _]| l);
+    let degrees = by_degree(rows, Rendition::Series, Column::Hit).into_iter().map(|[l, _]| l);
     let ends = degrees.fold(None, |ends: Option<[f64; 2]>, l| {
         Some(ends.map_or([l; 2], |[a, b]| [a.min(l), b.max(l)]))
     });
@@ -114,7 +120,7 @@ fn spectrum(series: &Coefficients, rows: &[SweepRow]) -> Figure {
     let degrees = spectrum.degrees().iter().skip(1).filter(|degree| degree.amplitude > 0.0);
     let percent = 100.0 / series.mean();
     let own = degrees.map(|d| [d.degree as f64, percent * d.amplitude]).collect();
-    let left_out = by_degree(rows, Column::RelativeRms).into_iter();
+    let left_out = by_degree(rows, Rendition::Series, Column::RelativeRms).into_iter();
     let left_out = left_out.map(|[l, share]| [l, 100.0 * share]).collect();
     Figure::new(
         "Spectrum",
