@@ -1,0 +1,118 @@
+//! The time of a picture with the head as harmonics, over that with the head as a mesh.
+
+use harmolux::estimators::{Estimator, ImageSettings, Stop, Weighting, render};
+use harmolux::io::scene_file::SceneFile;
+use harmolux::math::Randomness;
+use harmolux::scene::Filter;
+use harmolux::study::{camera, load};
+use harmolux::{Error, Result};
+
+use super::figure_3::SCENE;
+use super::{Claim, Run, Table, Verdict, by_group, data, digits, go_on};
+use crate::timing::{Quartiles, on_one_thread, seconds};
+
+/// Eye rays to a pixel, of 32 walks each.
+const WALKS: u64 = 64;
+const CLAIMED: f64 = 1.4;
+/// By how much a ratio may differ from the claimed one and still be it.
+const NEAR: f64 = 0.1;
+
+/// Holds the seconds to load and to render a scene.
+type Times = [f64; 2];
+
+pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
+    let rounds = run.choose(5, 15);
+    let size = run.choose([80, 60], [160, 120]);
+    let small = [size[0] / 4, size[1] / 4];
+    let (patches, march) = on_one_thread(|| {
+        let versions = [scene(&Version::Series)?, scene(&Version::Mesh)?];
+        let patches = alternate([&versions[0], &versions[1]], size, rounds)?;
+        let march = alternate([&scene(&Version::March)?, &versions[1]], small, 3)?;
+        Ok((patches, march))
+    })?;
+    let whole = ratios(&patches, |[load, render]| load + render);
+    let only = ratios(&patches, |[_, render]| render);
+    let marched = ratios(&march, |[_, render]| render);
+    let row = |what: &str, q: Quartiles| vec![what.to_owned(), q.show(|x| digits(x, 3))];
+    Ok(vec![Claim {
+        title: "Harmonics take 40 % more time than a mesh",
+        paper_words: "The time of computation with spherical harmonics grew by 40 %.",
+        place: "Implementation, Figure 3",
+        paper_number: "1.40 times".to_owned(),
+        ours: format!("{} times", digits(whole.median, 3)),
+        error: format!(
+            "median of {rounds} runs in turns, quartiles {}",
+            whole.show(|x| digits(x, 3))
+        ),
+        command: by_group("time"),
+        verdict: Verdict::of_number(
+            [CLAIMED - NEAR, CLAIMED + NEAR],
+            [whole.first, whole.third],
+            whole.first > 1.0,
+        ),
+        notes: vec![format!(
+            "The room of Figure 3 at {} x {} pixels, {WALKS} walks a pixel on both sides, one \
+             thread. A whole run reads the mesh and, for the series, fits and prepares it. The \
+             last row has the paper's way to meet a ray: steps of a hundredth of the largest \
+             radius on the series itself, then bisection; {} x {} pixels, three runs.",
+            size[0], size[1], small[0], small[1]
+        )],
+        table: Some(Table {
+            head: vec!["series over mesh", "median (quartiles)"],
+            rows: vec![
+                row("whole run", whole),
+                row("the picture alone", only),
+                row("the picture, steps and bisection", marched),
+            ],
+        }),
+        picture: None,
+    }])
+}
+
+fn ratios(rounds: &[[Times; 2]], time: impl Fn(Times) -> f64) -> Quartiles {
+    let ratios: Vec<f64> = rounds.iter().map(|[a, b]| time(*a) / time(*b)).collect();
+    Quartiles::of(&ratios)
+}
+
+/// Names how the head is given.
+enum Version {
+    Series,
+    March,
+    Mesh,
+}
+
+/// Returns the scene of Figure 3 with the head in one of its forms.
+fn scene(version: &Version) -> Result<SceneFile> {
+    let path = data(SCENE);
+    let text = std::fs::read_to_string(&path)
+        .map_err(|error| Error::Parameter(format!("{}: {error}", path.display())))?;
+    let march = [("objects.head.sh.intersector", "\"step-bisection\"")];
+    match version {
+        Version::Series => SceneFile::parse(&path, &text, &[]),
+        Version::March => SceneFile::parse(&path, &text, &march),
+        Version::Mesh => {
+            let text = text.replace("[objects.head.sh]", "[objects.head.mesh]");
+            SceneFile::parse(&path, &text.replace("\ndegree = 32\n", "\n"), &[])
+        }
+    }
+}
+
+fn alternate(files: [&SceneFile; 2], size: [u32; 2], rounds: usize) -> Result<Vec<[Times; 2]>> {
+    let round = |_| Ok([time(files[0], size)?, time(files[1], size)?]);
+    // The first round fills caches and is not counted.
+    (0..=rounds).map(round).skip(1).collect()
+}
+
+fn time(file: &SceneFile, size: [u32; 2]) -> Result<Times> {
+    let (loading, scene) = seconds(|| Ok(load(file)?.scene))?;
+    let camera = camera(file)?.with_resolution(size);
+    let settings = ImageSettings {
+        estimator: Estimator::Local(Weighting::of(&scene)),
+        randomness: Randomness::Sobol,
+        seed: 1,
+        stop: Stop { walks: Some(WALKS), ..Stop::default() },
+        filter: Filter::Box,
+    };
+    let (rendering, _) = seconds(|| render(&scene, &camera, &settings, &go_on))?;
+    Ok([loading, rendering])
+}

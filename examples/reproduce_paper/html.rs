@@ -1,0 +1,71 @@
+//! The page as one HTML file, figures included.
+
+use crate::claims::{Claim, Table};
+use crate::page::{Page, TITLE, lines};
+
+const STYLE: &str = "body { font: 16px/1.5 sans-serif; max-width: 62em; margin: 2em auto; padding: \
+     0 1em; color: #222 } table { border-collapse: collapse; margin: 1em 0 } th, td { border: 1px \
+     solid #bbb; padding: .25em .6em; text-align: left; vertical-align: top } blockquote { margin: \
+     1em 0; padding: 0 1em; border-left: 4px solid #bbb; color: #555 } pre { background: #f3f3f3; \
+     padding: .6em; overflow-x: auto } img { max-width: 100% }";
+
+/// Writes the whole page.
+pub(crate) fn page(page: &Page) -> String {
+    let title = escaped(TITLE);
+    let mut out = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><title>{title}</title>\
+         <style>{STYLE}</style></head>\n<body>\n<h1>{title}</h1>\n<pre>{}</pre>\n",
+        escaped(&page.command())
+    );
+    for paragraph in page.introduction() {
+        out += &element("p", &paragraph);
+    }
+    out += &table(&["verdict", "claims", "meaning"], &page.verdicts());
+    let row = |c: &Claim| {
+        [c.title.clone(), c.paper_number.clone(), c.ours.clone(), c.verdict.name().to_owned()]
+    };
+    let rows: Vec<_> = page.claims.iter().map(row).collect();
+    out += &table(&["claim", "the paper", "ours", "verdict"], &rows);
+    page.claims.iter().for_each(|c| out += &claim(c));
+    out + "</body>\n</html>\n"
+}
+
+fn claim(claim: &Claim) -> String {
+    let mut out = element("h2", &claim.title);
+    out += &element("blockquote", &format!("{} ({})", claim.paper_words, claim.place));
+    let line = |(head, text): (&str, String)| {
+        format!("<li><b>{}:</b> {}</li>", escaped(head), escaped(&text))
+    };
+    let items: String = lines(claim).into_iter().map(line).collect();
+    out += &format!("<ul>{items}</ul>\n");
+    out += &element("pre", &claim.command);
+    claim.notes.iter().for_each(|note| out += &element("p", note));
+    if let Some(Table { head, rows }) = &claim.table {
+        out += &table(head, rows);
+    }
+    if let Some(picture) = &claim.picture {
+        out += &format!("<p>{}</p>\n", picture.inline());
+    }
+    out
+}
+
+fn element(name: &str, text: &str) -> String {
+    format!("<{name}>{}</{name}>\n", escaped(text))
+}
+
+fn table<R: AsRef<[String]>>(head: &[&str], rows: &[R]) -> String {
+    let cells = |name: &str, cells: &mut dyn Iterator<Item = &str>| {
+        let cells: String =
+            cells.map(|cell| format!("<{name}>{}</{name}>", escaped(cell))).collect();
+        format!("<tr>{cells}</tr>\n")
+    };
+    let head = cells("th", &mut head.iter().copied());
+    let body: String =
+        rows.iter().map(|row| cells("td", &mut row.as_ref().iter().map(String::as_str))).collect();
+    format!("<table>\n{head}{body}</table>\n")
+}
+
+/// Returns a text as HTML shows it.
+pub(crate) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
