@@ -21,11 +21,7 @@ pub(crate) fn page(page: &Page) -> String {
         out += &element("p", &paragraph);
     }
     out += &table(&["verdict", "claims", "meaning"], &page.verdicts());
-    let row = |c: &Claim| {
-        [c.title.clone(), c.paper_number.clone(), c.ours.clone(), c.verdict.name().to_owned()]
-    };
-    let rows: Vec<_> = page.claims.iter().map(row).collect();
-    out += &table(&["claim", "the paper", "ours", "verdict"], &rows);
+    out += &table(&["claim", "the paper", "ours", "verdict"], &page.summary());
     page.claims.iter().for_each(|c| out += &claim(c));
     out + "</body>\n</html>\n"
 }

@@ -15,11 +15,7 @@ pub(crate) fn page(page: &Page) -> String {
     }
     let verdicts = page.verdicts();
     table_to(&mut out, &["verdict", "claims", "meaning"], &verdicts);
-    let row = |c: &Claim| {
-        [c.title.clone(), c.paper_number.clone(), c.ours.clone(), c.verdict.name().to_owned()]
-    };
-    let rows: Vec<_> = page.claims.iter().map(row).collect();
-    table_to(&mut out, &["claim", "the paper", "ours", "verdict"], &rows);
+    table_to(&mut out, &["claim", "the paper", "ours", "verdict"], &page.summary());
     for claim in &page.claims {
         claim_to(&mut out, claim);
     }

@@ -55,6 +55,15 @@ impl Page {
         ]
     }
 
+    /// Returns the rows of the summary: claim, the paper, ours, verdict.
+    pub(crate) fn summary(&self) -> Vec<[String; 4]> {
+        let row = |c: &Claim| {
+            let verdict = c.verdict.name().to_owned();
+            [c.title.to_owned(), c.paper_number.clone(), c.ours.clone(), verdict]
+        };
+        self.claims.iter().map(row).collect()
+    }
+
     /// Returns the meaning of each verdict, with how many claims have it.
     pub(crate) fn verdicts(&self) -> Vec<[String; 3]> {
         let of = |verdict: Verdict| self.claims.iter().filter(|c| c.verdict == verdict).count();

@@ -59,7 +59,7 @@ pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
         picture: Some(Picture {
             name: "figure_3.png",
             caption: "Figure 3 again: a head of degree 32 in a lit room".to_owned(),
-            bytes: images::png(&film.image(), width, height, None, None)?.bytes,
+            bytes: images::png(width, height, &film.image(), None, None)?.bytes,
         }),
     }])
 }

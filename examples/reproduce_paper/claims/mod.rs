@@ -1,6 +1,7 @@
 //! The claims of the paper, group by group, and what all of them have.
 
 mod basis;
+mod double;
 mod figure_2;
 mod figure_3;
 mod formats;
@@ -28,7 +29,7 @@ use crate::figures::Picture;
 type Group = fn(&Run) -> Result<Vec<Claim>>;
 
 /// The groups in the order of the paper.
-pub(crate) const GROUPS: [(&str, Group); 12] = [
+pub(crate) const GROUPS: [(&str, Group); 13] = [
     ("one_walk", one_walk::claims),
     ("figure_2", figure_2::claims),
     ("radiosity", radiosity::claims),
@@ -39,6 +40,7 @@ pub(crate) const GROUPS: [(&str, Group); 12] = [
     ("time", time::claims),
     ("storage", formats::claims),
     ("sobolev", sobolev::claims),
+    ("double", double::claims),
     ("basis", basis::claims),
     ("rays", rays::claims),
 ];
