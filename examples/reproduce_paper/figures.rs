@@ -16,7 +16,7 @@ pub(crate) struct Picture {
 impl Picture {
     /// Returns what stands for the figure in a page without files beside it.
     pub(crate) fn inline(&self) -> String {
-        let kind = if self.name.ends_with(".svg") { "svg+xml" } else { "png" };
+        let kind = if self.bytes.starts_with(b"<svg") { "svg+xml" } else { "png" };
         let alt = crate::html::escaped(&self.caption);
         let data = STANDARD.encode(&self.bytes);
         format!("<img alt=\"{alt}\" src=\"data:image/{kind};base64,{data}\">")

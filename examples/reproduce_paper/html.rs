@@ -27,20 +27,21 @@ pub(crate) fn page(page: &Page) -> String {
 }
 
 fn claim(claim: &Claim) -> String {
-    let mut out = element("h2", &claim.title);
+    let mut out = element("h2", claim.title);
     out += &element("blockquote", &format!("{} ({})", claim.paper_words, claim.place));
     let line = |(head, text): (&str, String)| {
         format!("<li><b>{}:</b> {}</li>", escaped(head), escaped(&text))
     };
-    let items: String = lines(claim).into_iter().map(line).collect();
-    out += &format!("<ul>{items}</ul>\n");
+    out += "<ul>";
+    lines(claim).into_iter().for_each(|item| out += &line(item));
+    out += "</ul>\n";
     out += &element("pre", &claim.command);
     claim.notes.iter().for_each(|note| out += &element("p", note));
     if let Some(Table { head, rows }) = &claim.table {
         out += &table(head, rows);
     }
     if let Some(picture) = &claim.picture {
-        out += &format!("<p>{}</p>\n", picture.inline());
+        out += &["<p>", &picture.inline(), "</p>\n"].concat();
     }
     out
 }
@@ -50,15 +51,13 @@ fn element(name: &str, text: &str) -> String {
 }
 
 fn table<R: AsRef<[String]>>(head: &[&str], rows: &[R]) -> String {
-    let cells = |name: &str, cells: &mut dyn Iterator<Item = &str>| {
-        let cells: String =
-            cells.map(|cell| format!("<{name}>{}</{name}>", escaped(cell))).collect();
-        format!("<tr>{cells}</tr>\n")
-    };
-    let head = cells("th", &mut head.iter().copied());
-    let body: String =
-        rows.iter().map(|row| cells("td", &mut row.as_ref().iter().map(String::as_str))).collect();
-    format!("<table>\n{head}{body}</table>\n")
+    let mut out = "<table>\n<tr>".to_owned();
+    head.iter().for_each(|cell| out += &element("th", cell));
+    for row in rows {
+        out += "</tr>\n<tr>";
+        row.as_ref().iter().for_each(|cell| out += &element("td", cell));
+    }
+    out + "</tr>\n</table>\n"
 }
 
 /// Returns a text as HTML shows it.

@@ -52,12 +52,12 @@ pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
 fn replicate(planes: &Planes, seed: u64, walks: u64) -> Result<f64> {
     let launcher = Launcher::new(&planes.scene)?;
     let factor = (RHO / PI).powi(2);
+    let above = Ray::new(DVec3::new(RADIUS, 0.0, 0.5), DVec3::NEG_Z);
+    let Some(here) = planes.scene.vertex(&above) else { return Ok(f64::NAN) };
     let (mut sum, mut nodes) = (0.0, Vec::new());
     for index in 0..walks {
         let local = sampling::cosine_hemisphere(stream(2 * seed, index).next_2d());
-        let Some(middle) = planes.scene.vertex(&Ray::new(DVec3::X * RADIUS, local)) else {
-            continue;
-        };
+        let Some(middle) = planes.scene.vertex(&here.hit.leave(local)) else { continue };
         let (at, normal) = (middle.hit.point, middle.normal);
         nodes.clear();
         launcher.walk(&mut stream(2 * seed + 1, index), &mut nodes);

@@ -18,8 +18,9 @@ const FAR: f64 = 3.6;
 
 pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
     let file = SceneFile::read(&data(SCENE), &[])?;
-    let (scene, camera) = (load(&file)?.scene, camera(&file)?);
-    let error = run.choose(0.06, 0.02);
+    let size = run.choose([320, 240], [480, 360]);
+    let (scene, camera) = (load(&file)?.scene, camera(&file)?.with_resolution(size));
+    let error = run.choose(0.08, 0.03);
     let stop = Stop { relative_error: Some(error), ..Stop::default() };
     let local = Estimator::Local(Weighting::of(&scene));
     let rendering = shot(&scene, &camera, local, stop)?;

@@ -178,12 +178,12 @@ impl From<Equation> for Claim {
             title: e.title,
             paper_words: e.printed_words,
             place: "as printed",
-            paper_number: format!("off by {}", exponent(e.printed)),
+            paper_number: format!("printed: off by {}", exponent(e.printed)),
             ours: match e.corrected {
                 Some(off) => format!("corrected: off by {}", exponent(off)),
-                None => "as printed".to_owned(),
+                None => "the printed form".to_owned(),
             },
-            error: format!("{} by rounding and the check", exponent(e.tolerance)),
+            error: format!("tolerance {}", exponent(e.tolerance)),
             command: e.command.to_owned(),
             verdict: Verdict::of_printed(holds(e.printed), e.corrected.is_some_and(holds)),
             notes: correction.into_iter().chain([e.check]).collect(),
@@ -222,22 +222,18 @@ pub(crate) fn percent(share: f64, count: i32) -> String {
     format!("{} %", digits(100.0 * share, count))
 }
 
-/// Writes a number as a power of ten.
+/// Writes a number with two digits, very small and large ones with a power of ten.
 pub(crate) fn exponent(x: f64) -> String {
-    if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
+    match x {
+        0.0 => "0".to_owned(),
+        x if (0.01..1000.0).contains(&x) => digits(x, 2),
+        x => format!("{x:.1e}"),
+    }
 }
 
 /// Writes a whole number in groups of three digits.
 pub(crate) fn grouped(n: usize) -> String {
-    let text = n.to_string();
-    let parts: Vec<&str> = (0..text.len())
-        .filter(|i| (text.len() - i) % 3 == 0 || *i == 0)
-        .map(|i| {
-            let end = i + if i == 0 && text.len() % 3 != 0 { text.len() % 3 } else { 3 };
-            &text[i..end]
-        })
-        .collect();
-    parts.join(" ")
+    if n < 1000 { n.to_string() } else { format!("{} {:03}", grouped(n / 1000), n % 1000) }
 }
 
 /// Returns the largest of some numbers; NaN where one is.

@@ -93,9 +93,9 @@ fn others(planes: &Planes) -> Result<String> {
     };
     let random = Randomness::Pseudorandom;
     Ok(format!(
-        "The others with random numbers at the {} points of Figure 2, median relative standard \
+        "With random numbers at the {} points of Figure 2, median relative standard \
          error: local estimate {}; direct simulation, as many walks counted on discs of radius \
-         {DISC} m, {}; path tracing, as many paths for each point, {}.",
+         {DISC} m, {}; path tracing, as many paths for each point by itself, {}.",
         planes.sensors.len(),
         error(planes.local(), random)?,
         error(Estimator::Photon { radius: Some(DISC) }, random)?,

@@ -30,13 +30,19 @@ struct Discs {
     exact: Vec<f64>,
 }
 
-/// Holds what both sides take to one accuracy.
-struct Row {
+/// Holds patches and walks of one accuracy.
+#[derive(Clone, Copy)]
+struct Equal {
     patches: usize,
     error: f64,
     walks: u64,
-    /// The error of the local estimate in the runs that were timed, root mean square.
+    /// The error of so many walks, root mean square over seeds of its own.
     local_error: f64,
+}
+
+/// Holds what both sides take to one accuracy.
+struct Row {
+    equal: Equal,
     /// Seconds of each side in each round.
     times: Vec<[f64; 2]>,
 }
@@ -49,9 +55,9 @@ pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
     });
     let curve = curve.collect::<Result<Vec<_>>>()?;
     let (patches, rounds) = (&PATCHES[..run.choose(4, 5)], run.choose(5, 15));
+    let equal = patches.iter().map(|n| discs.equal(*n, &curve)).collect::<Result<Vec<_>>>()?;
     let rows = on_one_thread(|| {
-        let row = |n: &usize| discs.row(*n, &curve, rounds);
-        patches.iter().map(row).collect::<Result<Vec<_>>>()
+        equal.into_iter().map(|e| discs.row(e, rounds)).collect::<Result<Vec<_>>>()
     })?;
     let all: Vec<f64> = rows.iter().flat_map(Row::ratios).collect();
     let medians = rows.iter().map(|row| Quartiles::of(&row.ratios().collect::<Vec<_>>()).median);
@@ -98,11 +104,11 @@ fn table(rows: &[Row]) -> Table {
         };
         let ratios: Vec<f64> = row.ratios().collect();
         vec![
-            row.patches.to_string(),
-            percent(row.error, 2),
+            row.equal.patches.to_string(),
+            percent(row.equal.error, 2),
             side(0),
-            row.walks.to_string(),
-            percent(row.local_error, 2),
+            row.equal.walks.to_string(),
+            percent(row.equal.local_error, 2),
             side(1),
             Quartiles::of(&ratios).show(|x| digits(x, 3)),
         ]
@@ -155,19 +161,33 @@ impl Discs {
         Ok(rms(&errors))
     }
 
-    fn row(&self, patches: usize, curve: &[(f64, f64)], rounds: usize) -> Result<Row> {
+    /// Finds the walks that are as accurate as so many patches.
+    fn equal(&self, patches: usize, curve: &[(f64, f64)]) -> Result<Equal> {
         let radiosity =
             Estimator::Radiosity(RadiositySettings { patches, ..RadiositySettings::default() });
         let error = self.error(radiosity, None, 1)?;
-        let walks = walks_to(curve, error);
-        let (mut times, mut errors) = (Vec::new(), Vec::new());
+        let mut curve = curve.to_vec();
+        // The curve is coarse: the second look has a point near by.
+        let near = walks_to(&curve, error);
+        let place = curve.partition_point(|(walks, _)| *walks < near as f64);
+        curve.insert(place, (near as f64, self.rms(near, 200..200 + SEEDS)?));
+        let walks = walks_to(&curve, error);
+        let local_error = self.rms(walks, 300..300 + SEEDS)?;
+        Ok(Equal { patches, error, walks, local_error })
+    }
+
+    /// Times both sides in turns.
+    fn row(&self, equal: Equal, rounds: usize) -> Result<Row> {
+        let patches = equal.patches;
+        let radiosity =
+            Estimator::Radiosity(RadiositySettings { patches, ..RadiositySettings::default() });
+        let mut times = Vec::new();
         for round in 0..rounds as u64 {
             let (theirs, _) = seconds(|| self.error(radiosity, None, 1))?;
-            let (own, error) = seconds(|| self.local(walks, 100 + round))?;
+            let (own, _) = seconds(|| self.local(equal.walks, 100 + round))?;
             times.push([theirs, own]);
-            errors.push(error);
         }
-        Ok(Row { patches, error, walks, local_error: rms(&errors), times })
+        Ok(Row { equal, times })
     }
 }
 

@@ -210,8 +210,8 @@ fn equation_33(printed: f64, corrected: f64, hits: f64) -> Claim {
         title: "Equation 33: where a ray meets the surface",
         printed_words: "f(theta(xi), phi(xi)) - r0 - xi l = 0",
         correction: Some(
-            "f - |r0 + xi l| = 0: a radius cannot be compared with a vector. Read with lengths, f \
-             - |r0| - xi, the printed form has no zero where the ray meets the head.",
+            "f - |r0 + xi l| = 0: a radius cannot be compared with a vector. The printed form is \
+             read with lengths, f - |r0| - xi.",
         ),
         printed,
         corrected: Some(corrected),
