@@ -33,7 +33,9 @@ fn claim(claim: &Claim) -> String {
         format!("<li><b>{}:</b> {}</li>", escaped(head), escaped(&text))
     };
     out += "<ul>";
-    lines(claim).into_iter().for_each(|item| out += &line(item));
+    for item in lines(claim) {
+        out += &line(item);
+    }
     out += "</ul>\n";
     out += &element("pre", &claim.command);
     claim.notes.iter().for_each(|note| out += &element("p", note));
@@ -52,7 +54,9 @@ fn element(name: &str, text: &str) -> String {
 
 fn table<R: AsRef<[String]>>(head: &[&str], rows: &[R]) -> String {
     let mut out = "<table>\n<tr>".to_owned();
-    head.iter().for_each(|cell| out += &element("th", cell));
+    for cell in head {
+        out += &element("th", cell);
+    }
     for row in rows {
         out += "</tr>\n<tr>";
         row.as_ref().iter().for_each(|cell| out += &element("td", cell));

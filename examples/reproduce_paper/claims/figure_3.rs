@@ -18,7 +18,7 @@ const FAR: f64 = 3.6;
 
 pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
     let file = SceneFile::read(&data(SCENE), &[])?;
-    let size = run.choose([320, 240], [480, 360]);
+    let size = run.choose([240, 180], [480, 360]);
     let (scene, camera) = (load(&file)?.scene, camera(&file)?.with_resolution(size));
     let error = run.choose(0.08, 0.03);
     let stop = Stop { relative_error: Some(error), ..Stop::default() };

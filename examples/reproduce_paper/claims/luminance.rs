@@ -165,7 +165,7 @@ fn only_method(views: &[View], local: &Survey, path: &Survey) -> Claim {
             "its variance is {} times that of the double local estimate, walk for path",
             digits(sum(path) / sum(local), 2)
         ),
-        command: format!("{PROBE} -D 'illum.estimator=\"path\"'"),
+        command: format!("{PROBE} -D illum.estimator=path"),
         verdict: Verdict::of(!agrees),
         notes: vec![
             "Path tracing solves the same equation for a point and a direction (Kajiya 1986), and \

@@ -1,9 +1,14 @@
 //! The time of a picture with the head as harmonics, over that with the head as a mesh.
 
+use std::path::{Path, PathBuf};
+
 use harmolux::estimators::{Estimator, ImageSettings, Stop, Weighting, render};
+use harmolux::fit::Shape;
+use harmolux::io::coefficients::shtools_text;
 use harmolux::io::scene_file::SceneFile;
 use harmolux::math::Randomness;
 use harmolux::scene::Filter;
+use harmolux::sh::Convention;
 use harmolux::study::{camera, load};
 use harmolux::{Error, Result};
 
@@ -26,15 +31,18 @@ pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
     let rounds = run.choose(5, 15);
     let size = run.choose([160, 120], [320, 240]);
     let small = [size[0] / 4, size[1] / 4];
-    let (patches, march) = on_one_thread(|| {
-        let versions = [scene(&Version::Series)?, scene(&Version::Mesh)?];
-        let patches = alternate([&versions[0], &versions[1]], size, rounds)?;
-        let march = alternate([&scene(&Version::March)?, &versions[1]], small, 3)?;
-        Ok((patches, march))
+    let folder = tempfile::tempdir().map_err(|e| Error::Parameter(format!("no folder: {e}")))?;
+    let stored = scene(&Version::Stored(&store(run, folder.path())?))?;
+    let [fitted, march, mesh] = [Version::Fitted, Version::March, Version::Mesh].map(|v| scene(&v));
+    let (fitted, march, mesh) = (fitted?, march?, mesh?);
+    let (stored, fitted, march) = on_one_thread(|| {
+        let stored = alternate([&stored, &mesh], size, rounds)?;
+        let fitted = alternate([&fitted, &mesh], size, rounds.min(3))?;
+        Ok((stored, fitted, alternate([&march, &mesh], small, 3)?))
     })?;
     let (all, picture): (Part, Part) = (|[load, render]| load + render, |[_, render]| render);
     let (whole, only, marched) =
-        (ratios(&patches, all), ratios(&patches, picture), ratios(&march, picture));
+        (ratios(&stored, all), ratios(&stored, picture), ratios(&march, picture));
     let row = |what: &str, q: Quartiles, rounds: &[[Times; 2]], time: Part| {
         let seconds = |side: usize| {
             let times: Vec<f64> = rounds.iter().map(|round| time(round[side])).collect();
@@ -60,16 +68,18 @@ pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
         ),
         notes: vec![format!(
             "The room of Figure 3 at {} x {} pixels, {WALKS} walks a pixel on both sides, one \
-             thread. A whole run reads the mesh and, for the series, fits and prepares it. The \
-             last row has the paper's way to meet a ray: steps of a hundredth of the largest \
+             thread. A whole run reads the mesh, or the coefficients, and prepares it for rays. \
+             With the series fitted first it reads the mesh on both sides (three runs). The last \
+             row has the paper's way to meet a ray: steps of a hundredth of the largest \
              radius on the series itself, then bisection; {} x {} pixels, three runs.",
             size[0], size[1], small[0], small[1]
         )],
         table: Some(Table {
             head: vec!["what", "series, s", "mesh, s", "ratio (quartiles)"],
             rows: vec![
-                row("whole run", whole, &patches, all),
-                row("the picture alone", only, &patches, picture),
+                row("whole run, both read from files", whole, &stored, all),
+                row("the picture alone", only, &stored, picture),
+                row("whole run, series fitted first", ratios(&fitted, all), &fitted, all),
                 row("the picture, steps and bisection", marched, &march, picture),
             ],
         }),
@@ -83,10 +93,24 @@ fn ratios(rounds: &[[Times; 2]], time: Part) -> Quartiles {
 }
 
 /// Names how the head is given.
-enum Version {
-    Series,
+enum Version<'a> {
+    /// As a file of coefficients.
+    Stored(&'a Path),
+    /// As the mesh, to be fitted.
+    Fitted,
+    /// The same, met by steps and bisection.
     March,
     Mesh,
+}
+
+/// Writes the head as coefficients, and returns where.
+fn store(run: &Run, folder: &Path) -> Result<PathBuf> {
+    let fit = &run.head;
+    let shape = Shape { centre: fit.centre, ..Shape::new(fit.coefficients.clone()) };
+    let path = folder.join("head.txt");
+    std::fs::write(&path, shtools_text::write(&shape, Convention::default())?)
+        .map_err(|error| Error::Parameter(format!("{}: {error}", path.display())))?;
+    Ok(path)
 }
 
 /// Returns the scene of Figure 3 with the head in one of its forms.
@@ -94,10 +118,16 @@ fn scene(version: &Version) -> Result<SceneFile> {
     let path = data(SCENE);
     let text = std::fs::read_to_string(&path)
         .map_err(|error| Error::Parameter(format!("{}: {error}", path.display())))?;
-    let march = [("objects.head.sh.intersector", "\"step-bisection\"")];
     match version {
-        Version::Series => SceneFile::parse(&path, &text, &[]),
-        Version::March => SceneFile::parse(&path, &text, &march),
+        Version::Fitted => SceneFile::parse(&path, &text, &[]),
+        Version::Stored(head) => {
+            let head = format!("'{}'", head.display());
+            SceneFile::parse(&path, &text, &[("objects.head.sh.file", &head)])
+        }
+        Version::March => {
+            let march = [("objects.head.sh.intersector", "\"step-bisection\"")];
+            SceneFile::parse(&path, &text, &march)
+        }
         Version::Mesh => {
             let text = text.replace("[objects.head.sh]", "[objects.head.mesh]");
             SceneFile::parse(&path, &text.replace("\ndegree = 32\n", "\n"), &[])
