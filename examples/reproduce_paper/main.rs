@@ -3,10 +3,10 @@
 //!
 //!     cargo run --release --example reproduce_paper -- -o DIR [--full] [--only GROUP]
 //!
-//! Quick by default, about two minutes on two cores; `--full` takes more walks, rounds and pixels.
-//! `--only` runs one group of claims. What is random has a fixed seed. Verdicts follow from the
-//! numbers by the rules of `claims::Verdict`. Times are those of one thread, in turns, so that what
-//! else the machine does befalls both sides.
+//! Quick by default, about two minutes on two cores; `--full` takes more walks, rounds and pixels,
+//! a quarter of an hour. `--only` runs one group of claims. What is random has a fixed seed.
+//! Verdicts follow from the numbers by the rules of `claims::Verdict`. Times are those of one
+//! thread, in turns, so that what else the machine does befalls both sides.
 
 mod claims;
 mod figures;
@@ -86,7 +86,8 @@ fn run(arguments: &Arguments) -> Result<()> {
         eprintln!("{name}: {:.1} s", begun.elapsed().as_secs_f64());
         claims.extend(found);
     }
-    let page = Page { claims, full: arguments.full, took: started.elapsed() };
+    let (full, only) = (arguments.full, arguments.only.clone());
+    let page = Page { claims, full, only, took: started.elapsed() };
     page.write(&arguments.folder)
         .map_err(|error| Error::Parameter(format!("{}: {error}", arguments.folder.display())))
 }

@@ -51,7 +51,9 @@ fn wrapped(text: &str, first: &str, next: &str) -> String {
     let (mut out, mut line) = (String::new(), first.to_owned());
     let mut is_empty = true;
     for word in text.split(' ') {
-        if !is_empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
+        // A line that begins with a sign would be a list.
+        let breaks = !matches!(word, "-" | "+" | "*" | "=");
+        if breaks && !is_empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
             out.push_str(&line);
             out.push('\n');
             next.clone_into(&mut line);

@@ -11,6 +11,8 @@ use crate::{html, machine, markdown};
 pub(crate) struct Page {
     pub(crate) claims: Vec<Claim>,
     pub(crate) full: bool,
+    /// The only group that was run, if not all were.
+    pub(crate) only: Option<String>,
     pub(crate) took: Duration,
 }
 
@@ -34,11 +36,12 @@ impl Page {
     /// Returns the command that makes the page.
     pub(crate) fn command(&self) -> String {
         let full = if self.full { " --full" } else { "" };
-        format!("cargo run --release --example reproduce_paper -- -o docs{full}")
+        let only = self.only.as_ref().map_or(String::new(), |group| format!(" --only {group}"));
+        format!("cargo run --release --example reproduce_paper -- -o docs{full}{only}")
     }
 
     /// Returns the paragraphs above the summary.
-    pub(crate) fn introduction(&self) -> [String; 3] {
+    pub(crate) fn introduction(&self) -> [String; 4] {
         let kind = if self.full { "full" } else { "quick" };
         [
             PAPER.to_owned(),
@@ -52,6 +55,9 @@ impl Page {
                 machine::date(),
                 machine::description()
             ),
+            "Misprints that no number shows: (1) and (4) lack primes on what is integrated over, \
+             and in (10) d3r is d2r."
+                .to_owned(),
         ]
     }
 

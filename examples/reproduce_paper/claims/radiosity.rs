@@ -72,9 +72,11 @@ pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
         paper_number: "80 to 90".to_owned(),
         ours: format!("{} to {}, by accuracy", digits(least, 2), digits(most, 2)),
         error: format!(
-            "all {} ratios: median {}, quartiles in brackets",
+            "all {} ratios: median {}, quartiles {} to {}",
             all.len(),
-            own.show(|x| digits(x, 2))
+            digits(own.median, 2),
+            digits(own.first, 2),
+            digits(own.third, 2)
         ),
         command: "python3 benches/radiosity.py target/release/harmolux".to_owned(),
         verdict: Verdict::of_number(CLAIMED, [least, most], least > 1.0),
