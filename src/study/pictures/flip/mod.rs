@@ -8,12 +8,14 @@
 //! range images", Eurographics 2021: at each pixel the largest LDR-FLIP of several exposures. The
 //! filters are separable, as in the authors' own program, to which the tests hold the results.
 
+mod exposures;
+mod opponent;
+
 use std::f64::consts::{PI, SQRT_2};
 
 use rayon::prelude::*;
 
-use super::exposures::{exposures, shown};
-use super::opponent;
+use self::exposures::{exposures, shown};
 use crate::math::Rgb;
 use crate::{Error, Result, memory};
 
@@ -289,5 +291,4 @@ fn features(deviation: f64) -> Vec<[f64; 3]> {
 }
 
 #[cfg(test)]
-#[path = "flip_tests.rs"]
 mod tests;
