@@ -4,6 +4,7 @@
 
 mod check;
 mod common;
+mod compare;
 mod convert;
 mod diff;
 mod evaluate;
@@ -62,6 +63,8 @@ Examples:
   harmolux exact sobolev                                 light whose answer is known: two planes
   harmolux falsecolor head_room.exr -o cd.png            cd/m2 in colours, with a legend; lux of \
                                                          grids
+  harmolux compare new.exr old.exr                       how far two pictures are from each other: \
+                                                         relMSE, FLIP, noise
   harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
@@ -83,6 +86,7 @@ pub(crate) enum Verb {
     Probe(probe::Probe),
     Exact(exact::Exact),
     Falsecolor(falsecolor::Falsecolor),
+    Compare(compare::Compare),
     Check(check::Check),
     Fit(fit::Fit),
     Info(info::Info),
@@ -116,6 +120,7 @@ fn main() -> ExitCode {
         Verb::Probe(verb) => probe::run(verb, arguments.json),
         Verb::Exact(verb) => exact::run(verb, arguments.json),
         Verb::Falsecolor(verb) => falsecolor::run(verb, arguments.json),
+        Verb::Compare(verb) => compare::run(verb, arguments.json),
         Verb::Check(verb) => check::run(verb, arguments.json),
         Verb::Fit(verb) => fit::run(verb, arguments.json),
         Verb::Info(verb) => info::run(verb, arguments.json),

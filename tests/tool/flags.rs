@@ -10,7 +10,7 @@ use crate::common::desk::Desk;
 use crate::golden::{self, transcript};
 
 /// Commands to which flags are added, one for each kind of input that a verb tells apart.
-const COMMANDS: [&str; 41] = [
+const COMMANDS: [&str; 42] = [
     "exact sobolev",
     "exact sphere",
     "exact cap",
@@ -25,6 +25,7 @@ const COMMANDS: [&str; 41] = [
     "illum room.toml --quick",
     "falsecolor view.exr -o x.svg",
     "falsecolor lux.csv -o x.svg",
+    "compare view.exr second.exr -o x.svg",
     "check torn.obj",
     "fit stone.obj -l 3 -o x.txt",
     "fit stone.obj -l 3 -o x.hxc",
@@ -59,10 +60,14 @@ const BEFORE: &str = "fit stone.obj -l 3 -o small.hxc; \
     random --power-law rms=0.1,exponent=2 -l 3 -o third.txt; \
     mesh third.txt -o third.obj --resolution 4; \
     fit stone.obj other.ply third.obj -l 2 -o fits --table table.csv; \
-    render room.toml --quick -o view.exr; illum room.toml --quick -o lux.csv";
+    render room.toml --quick -o view.exr; \
+    render room.toml --quick --seed 2 -o second.exr; illum room.toml --quick -o lux.csv";
 
-/// A value of each flag that has one, another than its default.
-const VALUES: [(&str, &str); 79] = [
+/// A value of each flag that has one, another than its default; of one verb, where its flag is
+/// another thing than that of others.
+const VALUES: [(&str, &str); 82] = [
+    ("compare --map", "flip"),
+    ("compare --tolerance", "flip=0"),
     ("-D", "lights.lamp.point.intensity=31"),
     ("--area", "7"),
     ("--angles", "20"),
@@ -79,6 +84,7 @@ const VALUES: [(&str, &str); 79] = [
     ("--internal", "0.5"),
     ("--offset", "0.1"),
     ("--orders", "3"),
+    ("--pixels-per-degree", "20"),
     ("--plane", "upper"),
     ("--points", "rays.txt"),
     ("--reflectance", "0.31"),
@@ -177,7 +183,7 @@ fn no_verb_ignores_a_flag() {
         let verb = verb.split(' ').take(words);
         let flags = flags(&help.done(verb.chain(["--help"]).collect::<Vec<_>>()).out);
         let added = flags.into_iter().filter(|flag| !given(command, flag));
-        let all = added.map(|flag| format!("{command} {}", with_value(flag)));
+        let all = added.map(|flag| format!("{command} {}", with_value(command, flag)));
         all.filter(|line| said(line) == plain).collect::<Vec<_>>()
     });
     let is_right =
@@ -220,8 +226,9 @@ fn given(command: &str, flag: &str) -> bool {
 }
 
 /// Puts a value behind a flag that takes one.
-fn with_value(flag: String) -> String {
-    match VALUES.iter().find(|(name, _)| *name == flag) {
+fn with_value(command: &str, flag: String) -> String {
+    let own = format!("{} {flag}", command.split(' ').next().unwrap_or_default());
+    match VALUES.iter().find(|(name, _)| [&own, &flag].contains(&&(*name).to_owned())) {
         Some((_, value)) => format!("{flag} {value}"),
         None => flag,
     }

@@ -18,6 +18,7 @@ mod cli_illum;
 mod cli_inputs;
 mod cli_many;
 mod cli_measures;
+mod cli_pictures;
 mod cli_render;
 mod cli_shapes;
 #[cfg(unix)]

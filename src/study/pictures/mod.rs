@@ -1,10 +1,8 @@
 //! How far two pictures are from each other: by their squares ([`RelativeMse`]), as they look
 //! ([`flip`]), and by what their errors allow ([`joint_test`]).
 
-mod exposures;
 mod flip;
 mod joint;
-mod opponent;
 mod picture;
 
 pub use flip::{Flip, PIXELS_PER_DEGREE, flip, flip_ldr};

@@ -8,12 +8,14 @@
 //! range images", Eurographics 2021: at each pixel the largest LDR-FLIP of several exposures. The
 //! filters are separable, as in the authors' own program, to which the tests hold the results.
 
+mod exposures;
+mod opponent;
+
 use std::f64::consts::{PI, SQRT_2};
 
 use rayon::prelude::*;
 
-use super::exposures::{exposures, shown};
-use super::opponent;
+use self::exposures::{exposures, shown};
 use crate::math::Rgb;
 use crate::{Error, Result, memory};
 
@@ -131,11 +133,11 @@ struct Eye {
     largest: f64,
 }
 
-/// A picture as the eye sees it.
+/// A pixel as the eye sees it.
 struct Seen {
-    colours: Vec<[f64; 3]>,
-    /// How much of an edge and of a point each pixel is.
-    features: Vec<[f64; 2]>,
+    colour: [f64; 3],
+    /// How much of an edge and of a point it is.
+    features: [f64; 2],
 }
 
 impl Eye {
@@ -173,15 +175,14 @@ impl Eye {
     /// Returns LDR-FLIP at each pixel.
     fn difference(&self, reference: &[Rgb], test: &[Rgb]) -> Vec<f64> {
         let [one, other] = [reference, test].map(|picture| self.see(picture));
-        let colours = one.colours.par_iter().zip(&other.colours);
-        let features = one.features.par_iter().zip(&other.features);
-        let error = |(colours, features): ((&[f64; 3], &[f64; 3]), (&[f64; 2], &[f64; 2]))| {
-            let colour = self.stretched(opponent::hyab(*colours.0, *colours.1));
-            let [edge, point] = std::array::from_fn(|i| (features.0[i] - features.1[i]).abs());
-            let feature = (f64::max(edge, point) / SQRT_2).powf(FEATURE_EXPONENT);
-            colour.powf(1.0 - feature)
-        };
-        colours.zip(features).map(error).collect()
+        one.par_iter().zip(&other).map(|(one, other)| self.error(one, other)).collect()
+    }
+
+    fn error(&self, one: &Seen, other: &Seen) -> f64 {
+        let colour = self.stretched(opponent::hyab(one.colour, other.colour));
+        let apart = |i: usize| (one.features[i] - other.features[i]).abs();
+        let feature = (apart(0).max(apart(1)) / SQRT_2).powf(FEATURE_EXPONENT);
+        colour.powf(1.0 - feature)
     }
 
     /// Brings a distance of colours to 0 to 1.
@@ -193,7 +194,7 @@ impl Eye {
         SPLIT_TO + (power - split) / (self.largest - split) * (1.0 - SPLIT_TO)
     }
 
-    fn see(&self, picture: &[Rgb]) -> Seen {
+    fn see(&self, picture: &[Rgb]) -> Vec<Seen> {
         let opponents: Vec<[f64; 3]> =
             picture.par_iter().map(|colour| opponent::ycxcz(*colour)).collect();
         let across = self.filtered(Across, self.sensitivity.len(), |i, k| {
@@ -203,7 +204,8 @@ impl Eye {
         let both = self.filtered(Down, self.sensitivity.len(), |i, k| {
             std::array::from_fn::<f64, 4, _>(|c| across[i][c] * self.sensitivity[k][c])
         });
-        let colours = both.par_iter().map(|[y, cx, a, b]| opponent::seen([*y, *cx, a + b]));
+        let colours: Vec<[f64; 3]> =
+            both.par_iter().map(|[y, cx, a, b]| opponent::seen([*y, *cx, a + b])).collect();
         let across = self.filtered(Across, self.features.len(), |i, k| {
             self.features[k].map(|tap| tap * opponent::grey(opponents[i][0]))
         });
@@ -212,7 +214,8 @@ impl Eye {
             [slope * g, smooth * first, bend * g, smooth * second]
         });
         let features = both.par_iter().map(|[x, y, xx, yy]| [x.hypot(*y), xx.hypot(*yy)]);
-        Seen { colours: colours.collect(), features: features.collect() }
+        let seen = colours.into_par_iter().zip(features);
+        seen.map(|(colour, features)| Seen { colour, features }).collect()
     }
 
     /// Adds up what each tap of a filter takes of a pixel along it; the picture goes on beyond its
@@ -289,5 +292,4 @@ fn features(deviation: f64) -> Vec<[f64; 3]> {
 }
 
 #[cfg(test)]
-#[path = "flip_tests.rs"]
 mod tests;

@@ -191,5 +191,4 @@ fn level(pixels: &[Sum], size: [usize; 2], side: usize, share: f64, freedom: usi
 }
 
 #[cfg(test)]
-#[path = "joint_tests.rs"]
 mod tests;

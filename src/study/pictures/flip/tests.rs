@@ -71,6 +71,25 @@ fn unit_of_the_light_does_not_count() {
     assert!((one.mean - other.mean).abs() <= 1e-9, "{} {}", one.mean, other.mean);
 }
 
+/// Pictures that are laid on their side, and looked at in a mirror, look as different as before.
+#[test]
+fn turned_and_mirrored_pictures_have_the_same_errors() {
+    let [width, height] = SIZE;
+    let [reference, test] = pictures(1.0);
+    let turned = |x: usize, y: usize| x * height + (height - 1 - y);
+    let turn = |picture: &[Rgb]| {
+        let mut all = vec![Rgb::BLACK; picture.len()];
+        (0..picture.len()).for_each(|i| all[turned(i % width, i / width)] = picture[i]);
+        all
+    };
+    let upright = flip(&reference, &test, SIZE, PIXELS_PER_DEGREE).expect("pictures");
+    let side = flip(&turn(&reference), &turn(&test), [height, width], PIXELS_PER_DEGREE);
+    let side = side.expect("pictures").map;
+    for (i, error) in upright.map.iter().enumerate() {
+        assert!((side[turned(i % width, i / width)] - error).abs() <= 1e-9, "{i}");
+    }
+}
+
 #[test]
 fn misshapen_and_non_finite_pictures_are_refused() {
     let [reference, test] = pictures(1.0);
