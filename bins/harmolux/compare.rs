@@ -34,8 +34,8 @@ const COVER: f64 = 0.995;
 ///
 /// Pictures with standard errors (stderr.Y, as `render` writes it) are judged by them: the
 /// difference of every pixel, of blocks of pixels and of the whole, in standard errors, against a
-/// limit that equal pictures exceed once in 1000 comparisons. Exit code 4 when they differ, or miss
-/// --tolerance.
+/// limit that equal pictures exceed once in 1000 comparisons at most. Exit code 4 when they differ,
+/// or miss --tolerance.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux compare new.exr old.exr                              the same but for noise?
@@ -339,11 +339,13 @@ fn tested(test: &JointTest) -> Vec<(String, String)> {
             JointLevel { side, .. } => format!("of {side} x {side} blocks"),
         };
         let [z, limit] = [level.z, level.limit].map(|x| say::significant(x, 3));
-        let beyond = match (level.blocks, level.beyond) {
-            (1, _) => String::new(),
-            (blocks, beyond) => format!(" at {}; {beyond} of {blocks} beyond it", place(level.at)),
+        let text = match (level.blocks, level.beyond) {
+            (1, _) => format!("{z}, limit {limit}"),
+            (blocks, beyond) => {
+                format!("{z} at {}, limit {limit}; {beyond} of {blocks} beyond", place(level.at))
+            }
         };
-        lines.push((name, format!("{z}, limit {limit}{beyond}")));
+        lines.push((name, text));
     }
     let chance = format!("{} of the pixels, 5 % by chance", say::percent(test.beyond_95));
     lines.push(("outside their 95 %".to_owned(), chance));
