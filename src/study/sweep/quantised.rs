@@ -152,9 +152,10 @@ impl<'a> Walk<'a> {
             (false, false) => Symbol::New,
         };
         self.symbols.push(symbol as u8);
+        let mut elsewhere = None;
         match symbol {
             Symbol::New => self.add(third, self.foretold(&gate)),
-            Symbol::Elsewhere => push(&mut self.elsewhere, u64::from(third)),
+            Symbol::Elsewhere => elsewhere = self.along(gate.behind, third),
             _ => {}
         }
         let (mut left, mut right) = (gate.before, gate.behind);
@@ -183,6 +184,33 @@ impl<'a> Walk<'a> {
             }
         }
         self.join(last, right);
+        if let Some(there) = elsewhere {
+            // The border is cut in two where the face touches it.
+            let (first, second) = (last - 1, last);
+            let before = self.gates[there].before;
+            self.join(first, there);
+            self.join(before, second);
+        }
+    }
+
+    /// Looks along the border for the gate that begins at a corner, and writes how far it is; the
+    /// corner itself where it is on another border.
+    fn along(&mut self, start: usize, corner: u32) -> Option<usize> {
+        let mut at = start;
+        for steps in 1..=self.gates.len() {
+            let gate = self.gates[at];
+            if gate.from == corner && !gate.is_closed {
+                push(&mut self.elsewhere, steps as u64);
+                return Some(at);
+            }
+            at = gate.behind;
+            if at == start {
+                break;
+            }
+        }
+        self.elsewhere.push(0);
+        push(&mut self.elsewhere, u64::from(corner));
+        None
     }
 
     fn join(&mut self, first: usize, second: usize) {
