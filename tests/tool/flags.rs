@@ -10,7 +10,7 @@ use crate::common::desk::Desk;
 use crate::golden::{self, transcript};
 
 /// Commands to which flags are added, one for each kind of input that a verb tells apart.
-const COMMANDS: [&str; 42] = [
+const COMMANDS: [&str; 44] = [
     "exact sobolev",
     "exact sphere",
     "exact cap",
@@ -42,7 +42,9 @@ const COMMANDS: [&str; 42] = [
     "convert small.hxc x.txt",
     "convert rock.txt x.hxc",
     "evaluate small.hxc --grid 3x4",
-    "sweep stone.obj -l 2,3 -o d",
+    "sweep stone.obj -l 2 -o d",
+    "sweep rock.txt -l 1 -o d --scene room.toml",
+    "view small.hxc -o x.html",
     "spectrum rock.txt",
     "diff small.hxc stone.obj",
     "mesh rock.txt -o x.obj",
@@ -65,9 +67,10 @@ const BEFORE: &str = "fit stone.obj -l 3 -o small.hxc; \
 
 /// A value of each flag that has one, another than its default; of one verb, where its flag is
 /// another thing than that of others.
-const VALUES: [(&str, &str); 82] = [
+const VALUES: [(&str, &str); 86] = [
     ("compare --map", "flip"),
     ("compare --tolerance", "flip=0"),
+    ("sweep --tolerance", "rms=50%"),
     ("-D", "lights.lamp.point.intensity=31"),
     ("--area", "7"),
     ("--angles", "20"),
@@ -118,6 +121,7 @@ const VALUES: [(&str, &str); 82] = [
     ("--layers", "none"),
     ("--log", "3"),
     ("--map", "map.ply"),
+    ("--mesh", "stone.obj"),
     ("--matrix", "0,-1,0,1,0,0,0,0,1"),
     ("--min", "0.5"),
     ("--mirror", "x"),
@@ -135,7 +139,9 @@ const VALUES: [(&str, &str); 82] = [
     ("--recentre", "centroid"),
     ("--resolution", "2"),
     ("--row", "2"),
+    ("--samples", "3"),
     ("--scale", "2"),
+    ("--scene", "room.toml"),
     ("--seed", "7"),
     ("--size", "9x7"),
     ("--spectrum", "rock.txt"),
