@@ -63,7 +63,7 @@ Examples:
   harmolux exact sobolev                                 light whose answer is known: two planes
   harmolux falsecolor head_room.exr -o cd.png            cd/m2 in colours, with a legend; lux of \
                                                          grids
-  harmolux compare new.exr old.exr                       how two pictures differ: relMSE, FLIP, noise
+  harmolux compare new.exr old.exr                       how far two pictures differ: relMSE, FLIP
   harmolux check data/head.obj                           closed, oriented, star-shaped?
   harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
   harmolux info head.txt                                 what a file holds
