@@ -1,7 +1,6 @@
 //! White paper to draw on: a scene of kuva, and how it becomes SVG and pixels.
 
 use image::RgbImage;
-use image::imageops::FilterType;
 use kuva::backend::png::PngBackend;
 use kuva::backend::svg::SvgBackend;
 use kuva::render::color::Color;
@@ -13,7 +12,7 @@ use crate::{Error, Result, memory};
 
 /// Pictures are drawn this many times finer and averaged, as far as memory allows: kuva smears text
 /// that runs upwards over a pixel.
-const FINER: u32 = 3;
+const FINER: u32 = 2;
 /// The largest side that is drawn, pixels.
 const FINEST: u32 = 8192;
 /// The font that kuva draws into pixels, and what is like it.
@@ -124,7 +123,7 @@ impl Paper {
         let backend = PngBackend::new().with_scale(scale as f32 * finer as f32);
         let drawn = backend.render_scene(&self.0).map_err(|e| failed(&e))?;
         let fine = image::load_from_memory(&drawn).map_err(|e| failed(&e))?.into_rgb8();
-        Ok(image::imageops::resize(&fine, width, height, FilterType::Triangle))
+        Ok(image::imageops::thumbnail(&fine, width, height))
     }
 
     /// Draws it on white as PNG.

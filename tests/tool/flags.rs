@@ -157,11 +157,12 @@ const VALUES: [(&str, &str); 86] = [
 ];
 
 /// What does nothing with a command, and why that is right.
-const SAME: [(&str, &str, &str); 4] = [
+const SAME: [(&str, &str, &str); 5] = [
     ("falsecolor lux.csv -o x.svg", "--lines", "a grid has isolines always, as the help says"),
     ("fit stone.obj -l 3 -o x.txt", "--not-star first", STAR),
     ("fit stone.obj -l 3 -o x.hxc", "--not-star first", STAR),
     ("fit stone.obj other.ply -l 2 -o d", "--not-star first", STAR),
+    ("sweep stone.obj -l 2 -o d", "--not-star first", STAR),
 ];
 
 const STAR: &str = "the mesh is star-shaped, and needs no envelope";

@@ -217,20 +217,19 @@ fn described(name: &str, bytes: &[u8]) -> String {
     }
 }
 
-/// Describes a page by its data, without what stands in other files too.
+/// Describes a page by its data: texts, and how many things there are of a kind.
 fn page(text: &str) -> String {
     let data = text.split_once("id=\"data\">").and_then(|(_, rest)| rest.split_once("</script>"));
-    let mut data: serde_json::Value =
+    let data: serde_json::Value =
         serde_json::from_str(data.expect("data").0).expect("the data are JSON");
-    let plots: Vec<String> = data["plots"]
-        .as_array()
-        .expect("plots")
-        .iter()
-        .map(|plot| plot["name"].to_string())
-        .collect();
-    data["plots"] = plots.into();
-    data["rows"] = data["rows"].as_array().expect("rows").len().into();
-    masked(&format!("HTML of {data:#}\n"))
+    let mut said = "HTML".to_owned();
+    for (key, value) in data.as_object().expect("an object") {
+        let _ = match value.as_array() {
+            Some(list) => write!(said, ", {} {key}", list.len()),
+            None => write!(said, ", {key} {value}"),
+        };
+    }
+    masked(&said)
 }
 
 /// Masks what is not the same from run to run.
@@ -255,7 +254,7 @@ fn masked(text: &str) -> String {
             let key = pieces[i - 1].trim_end().strip_suffix("\":");
             let key = key.is_some_and(|key| is_timed(key.rsplit('"').next().unwrap_or(key)));
             let mut unit = pieces[i + 1].split(|c: char| !c.is_alphanumeric());
-            if key || unit.next() == Some("") && matches!(unit.next(), Some("s" | "ms" | "min")) {
+            if key || unit.next() == Some("") && matches!(unit.next(), Some("s" | "ms" | "ns" | "min")) {
                 pieces[i] = "#";
             }
         }

@@ -5,8 +5,10 @@ use std::fs;
 use harmolux::io::coefficients;
 use harmolux::io::coefficients::ReadOptions;
 use harmolux::io::output::{Kind, Output, Stage};
+use harmolux::plots::Figure;
 use harmolux::study::{Column, Original, Page, SweepRow, sweep_figures, thinned};
 use harmolux::{Error, Result};
+use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use super::report::Answer;
@@ -57,12 +59,15 @@ impl Outputs {
         let figures = sweep_figures(rows, &series.coefficients);
         let mut page = Page::new(lines::stem(verb));
         let mut written = Vec::new();
-        for ((name, figure), [svg, png]) in figures.iter().zip(self.plots) {
+        for (name, figure) in &figures {
             debug_assert!(PLOTS.contains(name), "a plot without a file");
             page.plot(&figure.title, &figure.to_svg()?);
-            written.push(PlotFormat::Svg.write(figure, svg, Stage::Complete));
-            written.push(PlotFormat::Png.write(figure, png, Stage::Complete));
         }
+        let draw = |((_, figure), [svg, png]): (&(_, Figure), [Output; 2])| {
+            let svg = PlotFormat::Svg.write(figure, svg, Stage::Complete);
+            svg.and(PlotFormat::Png.write(figure, png, Stage::Complete))
+        };
+        written.par_extend(figures.par_iter().zip(self.plots).map(draw));
         match original {
             Original::Mesh(mesh, _) => {
                 let faces = mesh.triangles().len();
