@@ -254,7 +254,8 @@ fn masked(text: &str) -> String {
             let key = pieces[i - 1].trim_end().strip_suffix("\":");
             let key = key.is_some_and(|key| is_timed(key.rsplit('"').next().unwrap_or(key)));
             let mut unit = pieces[i + 1].split(|c: char| !c.is_alphanumeric());
-            if key || unit.next() == Some("") && matches!(unit.next(), Some("s" | "ms" | "ns" | "min")) {
+            let is_time = |unit| matches!(unit, Some("s" | "ms" | "ns" | "min"));
+            if key || unit.next() == Some("") && is_time(unit.next()) {
                 pieces[i] = "#";
             }
         }

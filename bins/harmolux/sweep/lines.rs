@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use harmolux::Result;
-use harmolux::fit::Shape;
 use harmolux::io::images::{auto_exposure, png};
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::SceneFile;
@@ -131,20 +130,10 @@ impl<'a> Run<'a> {
                     self.rival(rivals, degree)?
                 }
                 (Rendition::Series, Some(degree)) => {
-                    let (shape, mut row) = swept.measure_degree(degree).map_err(own)?;
-                    let picture = light.as_ref().map(|light| light.measure(&shape, &mut row));
-                    let picture = picture.transpose().map_err(own)?.flatten();
-                    Some(self.keep_series(&row, &shape, degree, picture.as_ref(), exposure)?)
+                    let cells = self.series(swept, degree, light.as_ref(), exposure);
+                    Some(cells.map_err(own)?)
                 }
-                _ => {
-                    let mut row = swept.measure_original().map_err(own)?;
-                    row.degree = None;
-                    if let Some(light) = &light {
-                        light.measure_original(&mut row);
-                    }
-                    let picture = light.as_ref().and_then(Light::picture);
-                    Some(self.keep_original(&row, picture, exposure)?)
-                }
+                _ => Some(self.original(swept, light.as_ref(), exposure).map_err(own)?),
             };
             self.lines[i].exists = cells.is_some();
             self.lines[i].cells = cells;
@@ -158,30 +147,31 @@ impl<'a> Run<'a> {
         row.map(|row| self.keep(&row, || Ok(()))).transpose()
     }
 
-    fn keep_series(
+    fn series(
         &self,
-        row: &SweepRow,
-        shape: &Shape,
+        swept: &Swept,
         degree: usize,
-        picture: Option<&Picture>,
+        light: Option<&Light>,
         exposure: f64,
     ) -> Result<Vec<Cell>> {
+        let (shape, mut row) = swept.measure_degree(degree)?;
+        let picture = light.map(|light| light.measure(&shape, &mut row)).transpose()?.flatten();
         let file = shape_file::open(&coefficients(self.verb, degree), self.verb.force)?;
-        self.keep(row, || {
-            file.write(shape)?;
-            picture.map_or(Ok(()), |picture| self.write_picture(Some(degree), picture, exposure))
+        self.keep(&row, || {
+            file.write(&shape)?;
+            let write = |picture| self.write_picture(Some(degree), picture, exposure);
+            picture.as_ref().map_or(Ok(()), write)
         })
     }
 
-    fn keep_original(
-        &self,
-        row: &SweepRow,
-        picture: Option<&Picture>,
-        exposure: f64,
-    ) -> Result<Vec<Cell>> {
-        self.keep(row, || {
-            picture.map_or(Ok(()), |picture| self.write_picture(None, picture, exposure))
-        })
+    fn original(&self, swept: &Swept, light: Option<&Light>, exposure: f64) -> Result<Vec<Cell>> {
+        let mut row = swept.measure_original()?;
+        row.degree = None;
+        if let Some(light) = light {
+            light.measure_original(&mut row);
+        }
+        let write = |picture| self.write_picture(None, picture, exposure);
+        self.keep(&row, || light.and_then(Light::picture).map_or(Ok(()), write))
     }
 
     fn write_picture(&self, degree: Option<usize>, shown: &Picture, exposure: f64) -> Result<()> {

@@ -28,10 +28,11 @@ use harmolux::study::SweepRow;
 
 /// Measure what each truncation degree costs and buys, beside the mesh itself
 ///
-/// For each degree: errors of the shape, bytes as files and as traced, times, and the mesh decimated
-/// to as many bytes; with --scene also its picture and illuminances. Writes index.html, a page with
-/// all of it that stands for itself, sweep.csv, plots (SVG and PNG), the coefficients and pictures
-/// of each degree. A run that was ended goes on when it is started again; --force begins anew.
+/// For each degree: errors of the shape, bytes as files and as traced, times, and the mesh
+/// decimated to as many bytes; with --scene also its picture and illuminances. Writes index.html, a
+/// page with all of it that stands for itself, sweep.csv, plots (SVG and PNG), the coefficients and
+/// pictures of each degree. A run that was ended goes on when it is started again; --force begins
+/// anew.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux sweep head.obj -l 4,8,16,32,64 -o out
@@ -56,8 +57,8 @@ pub(crate) struct Sweep {
         value_parser = |text: &str| text.parse::<SweepLimit>().map_err(|e| e.to_string())
     )]
     pub(crate) tolerance: Vec<SweepLimit>,
-    /// Put each degree into this scene, which has the mesh as an SH object, and take its picture and
-    /// illuminances
+    /// Put each degree into this scene, which has the mesh as an SH object, and take its picture
+    /// and illuminances
     #[arg(long, value_name = "SCENE.toml")]
     pub(crate) scene: Option<PathBuf>,
     /// Set a key of the scene; may be repeated

@@ -98,8 +98,8 @@ impl Page {
     }
 
     /// Sets the table: objects with the keys "shape" and "degree" and those of `columns`, which are
-    /// objects of "name", "title", "unit", "scale" and "detail", which is true for what stands in the
-    /// table alone.
+    /// objects of "name", "title", "unit", "scale" and "detail", which is true for what stands in
+    /// the table alone.
     pub fn table(&mut self, columns: Value, rows: Value) {
         (self.more["columns"], self.more["rows"]) = (columns, rows);
     }

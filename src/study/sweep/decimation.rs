@@ -305,7 +305,8 @@ mod tests {
             assert!(MeshReport::of(&left).is_closed());
             let radii = left.positions().iter().map(|p| (p.distance(centre) - 1.0).abs());
             let largest = radii.fold(0.0, f64::max);
-            // Faces of an N-th of the ball bend away by 2 pi / sqrt 27 / N = 1.2 / N, to both sides.
+            // Faces of an N-th of the ball bend away by 2 pi / sqrt 27 / N = 1.2 / N, to both
+            // sides.
             assert!(target == 4 || largest <= 4.0 / target as f64, "{largest}");
         }
         Ok(())

@@ -4,8 +4,8 @@ use super::{Column, Rendition, SweepRow};
 use crate::plots::{Axis, Curve, Figure, Style};
 use crate::sh::{Coefficients, Spectrum};
 
-/// Lists the figures of a sweep, each with the name of its file. `series` is the highest degree that
-/// was swept, or the original.
+/// Lists the figures of a sweep, each with the name of its file. `series` is the highest degree
+/// that was swept, or the original.
 pub fn sweep_figures(rows: &[SweepRow], series: &Coefficients) -> Vec<(&'static str, Figure)> {
     vec![
         ("error_bytes", error_bytes(rows)),

@@ -84,8 +84,8 @@ impl Stand {
 }
 
 impl Light {
-    /// Takes the pictures and illuminances of the original, twice: `path` is its file, which `scene`
-    /// has as one SH object or more.
+    /// Takes the pictures and illuminances of the original, twice: `path` is its file, which
+    /// `scene` has as one SH object or more.
     ///
     /// # Errors
     /// [`Error::Parameter`] when the scene has no SH object of that file, or neither a camera nor

@@ -1,5 +1,5 @@
-//! What a truncation degree costs and buys, beside the original: errors of shape, bytes as files and
-//! as traced, times, and the mesh decimated to as many bytes.
+//! What a truncation degree costs and buys, beside the original: errors of shape, bytes as files
+//! and as traced, times, and the mesh decimated to as many bytes.
 
 mod decimation;
 #[cfg(feature = "plots")]
@@ -270,7 +270,8 @@ pub struct Rivals<'a> {
 
 impl Rivals<'_> {
     /// Decimates the mesh to the bytes of the series of a degree, both in f32, and measures what is
-    /// left; `None` where no mesh is as small, or the mesh itself takes no more. The degrees of calls descend.
+    /// left; `None` where no mesh is as small, or the mesh itself takes no more. The degrees of
+    /// calls descend.
     ///
     /// # Errors
     /// As [`compare`](super::compare()).

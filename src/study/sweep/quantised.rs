@@ -158,6 +158,19 @@ impl<'a> Walk<'a> {
             Symbol::Elsewhere => elsewhere = self.along(gate.behind, third),
             _ => {}
         }
+        self.enclose(&gate, third, [closes_before, closes_behind], elsewhere, open);
+    }
+
+    /// Puts the edges of a face in the place of its gate, as far as they do not close the border,
+    /// which is cut where the face touches it elsewhere.
+    fn enclose(
+        &mut self,
+        gate: &Gate,
+        third: u32,
+        [closes_before, closes_behind]: [bool; 2],
+        elsewhere: Option<usize>,
+        open: &mut Vec<usize>,
+    ) {
         let (mut left, mut right) = (gate.before, gate.behind);
         if closes_before {
             self.gates[left].is_closed = true;
@@ -167,7 +180,6 @@ impl<'a> Walk<'a> {
             self.gates[right].is_closed = true;
             right = self.gates[right].behind;
         }
-        // The two other edges of the face, as far as they do not close the border.
         let mut last = left;
         for (closed, [from, to, opposite]) in [
             (closes_before, [gate.from, third, gate.to]),
@@ -185,7 +197,6 @@ impl<'a> Walk<'a> {
         }
         self.join(last, right);
         if let Some(there) = elsewhere {
-            // The border is cut in two where the face touches it.
             let (first, second) = (last - 1, last);
             let before = self.gates[there].before;
             self.join(first, there);

@@ -11,8 +11,8 @@ use super::row::{Column, SweepRow};
 use crate::math::{Ray, sampling};
 use crate::surface::{Hit, Surface};
 
-/// Rays that are timed, and how many make a batch and a turn: few, so that whatever else the machine
-/// does falls into few turns.
+/// Rays that are timed, and how many make a batch and a turn: few, so that whatever else the
+/// machine does falls into few turns.
 const RAYS: usize = 8192;
 const BATCH: usize = 1024;
 /// Turns of each surface.
@@ -92,8 +92,8 @@ impl Timer {
         [row[Column::RefineLow], row[Column::Refine], row[Column::RefineHigh]] = refined;
     }
 
-    /// Does a task over the batch of a turn, after the batch before has brought the surface into the
-    /// cache; returns nanoseconds a ray.
+    /// Does a task over the batch of a turn, after the batch before has brought the surface into
+    /// the cache; returns nanoseconds a ray.
     fn turn(&self, task: Task, surface: &dyn Surface, turn: usize) -> f64 {
         let rays = match task {
             Task::Hit | Task::HitBatch => &self.chords,
