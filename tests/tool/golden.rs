@@ -14,6 +14,8 @@ use std::fs::{self, File};
 use std::io::Cursor;
 use std::path::Path;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use rayon::prelude::*;
 
@@ -228,6 +230,13 @@ fn page(text: &str) -> String {
             Some(list) => write!(said, ", {} {key}", list.len()),
             None => write!(said, ", {key} {value}"),
         };
+    }
+    for shape in data["shapes"].as_array().expect("shapes") {
+        let numbers = STANDARD.decode(shape["coefficients"].as_str().expect("base64"));
+        let numbers = numbers.expect("base64");
+        let sum: f64 =
+            numbers.as_chunks().0.iter().map(|n| f64::from(f32::from_le_bytes(*n))).sum();
+        let _ = write!(said, ", {} about {}: {sum:.6}", shape["name"], shape["centre"]);
     }
     masked(&said)
 }
