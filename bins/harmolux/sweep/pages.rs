@@ -59,15 +59,18 @@ impl Outputs {
         let figures = sweep_figures(rows, &series.coefficients);
         let mut page = Page::new(lines::stem(verb));
         let mut written = Vec::new();
-        for (name, figure) in &figures {
+        let (svgs, pngs): (Vec<_>, Vec<_>) =
+            self.plots.into_iter().map(|[svg, png]| (svg, png)).unzip();
+        // One after the other: kuva numbers what it draws.
+        for ((name, figure), svg) in figures.iter().zip(svgs) {
             debug_assert!(PLOTS.contains(name), "a plot without a file");
             page.plot(&figure.title, &figure.to_svg()?);
+            written.push(PlotFormat::Svg.write(figure, svg, Stage::Complete));
         }
-        let draw = |((_, figure), [svg, png]): (&(_, Figure), [Output; 2])| {
-            let svg = PlotFormat::Svg.write(figure, svg, Stage::Complete);
-            svg.and(PlotFormat::Png.write(figure, png, Stage::Complete))
+        let draw = |((_, figure), png): (&(_, Figure), Output)| {
+            PlotFormat::Png.write(figure, png, Stage::Complete)
         };
-        written.par_extend(figures.par_iter().zip(self.plots).map(draw));
+        written.par_extend(figures.par_iter().zip(pngs).map(draw));
         match original {
             Original::Mesh(mesh, _) => {
                 let faces = mesh.triangles().len();
