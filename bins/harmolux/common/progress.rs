@@ -63,8 +63,9 @@ impl Meter {
     /// Shows how many things are done of all.
     pub(crate) fn count(&self, done: usize, all: usize, last: &str) {
         let share = done as f64 / all.max(1) as f64;
-        let left = if done > 0 && done < all {
-            let left = self.started.elapsed().as_secs_f64() * (1.0 - share) / share;
+        let elapsed = self.started.elapsed().as_secs_f64();
+        let left = if elapsed > 1.0 && done > 0 && done < all {
+            let left = elapsed * (1.0 - share) / share;
             format!(", about {} left", clock(left))
         } else {
             String::new()
