@@ -13,6 +13,7 @@ use serde_json::json;
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
 use crate::common::inputs::{read_shapes, read_surface};
+use crate::common::plot::PAGE_FACES;
 use crate::common::{paths, say};
 
 /// Write a page that shows shapes in a browser, at every degree
@@ -42,9 +43,6 @@ pub(crate) struct View {
     pub(crate) force: bool,
 }
 
-/// The faces that a page shows at most.
-const MOST_FACES: usize = 60_000;
-
 /// Runs the verb.
 pub(crate) fn run(verb: &View, as_json: bool) -> Result<Code> {
     let output = Output::open(&verb.output, &Kind::HTML, verb.force)?;
@@ -52,7 +50,7 @@ pub(crate) fn run(verb: &View, as_json: bool) -> Result<Code> {
     let mesh = verb.mesh.as_ref().map(|path| read_surface(Input::open(path)?)).transpose()?;
     let names: Vec<String> = shapes.iter().map(NamedShape::name).collect();
     let mut page = Page::new(names.join(", "));
-    let thin = mesh.as_ref().map(|(mesh, _)| thinned(mesh, MOST_FACES)).transpose()?;
+    let thin = mesh.as_ref().map(|(mesh, _)| thinned(mesh, PAGE_FACES)).transpose()?;
     let faces = mesh.as_ref().map_or(0, |(mesh, _)| mesh.triangles().len());
     for (i, (shape, name)) in shapes.iter().zip(&names).enumerate() {
         let twin = thin.as_ref().filter(|_| i == 0).map(|mesh| (mesh, faces));

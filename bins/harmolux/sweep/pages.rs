@@ -1,26 +1,22 @@
 //! What a sweep draws: its plots and its page.
 
-use std::fs;
-
+use harmolux::Result;
 use harmolux::io::coefficients;
 use harmolux::io::coefficients::ReadOptions;
+use harmolux::io::input::Input;
 use harmolux::io::output::{Kind, Output, Stage};
 use harmolux::plots::Figure;
 use harmolux::study::{Column, Original, Page, SweepRow, sweep_figures, thinned};
-use harmolux::{Error, Result};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use super::report::Answer;
 use super::{Sweep, lines};
-use crate::common::plot::PlotFormat;
+use crate::common::plot::{PAGE_FACES, PlotFormat};
 use crate::common::target::write_all;
 
 /// The names of the plots.
 const PLOTS: [&str; 4] = ["error_bytes", "error_degree", "time_degree", "spectrum"];
-
-/// The faces that a page shows at most.
-pub(crate) const MOST_FACES: usize = 60_000;
 
 /// The files that a sweep draws.
 pub(super) struct Outputs {
@@ -74,7 +70,7 @@ impl Outputs {
         match original {
             Original::Mesh(mesh, _) => {
                 let faces = mesh.triangles().len();
-                page.shape(&lines::stem(verb), series, Some((&thinned(mesh, MOST_FACES)?, faces)));
+                page.shape(&lines::stem(verb), series, Some((&thinned(mesh, PAGE_FACES)?, faces)));
             }
             Original::Series(_) => page.shape(&lines::stem(verb), series, None),
         }
@@ -92,10 +88,7 @@ fn add_pictures(page: &mut Page, verb: &Sweep) -> Result<()> {
     if verb.scene.is_none() {
         return Ok(());
     }
-    let read = |degree| {
-        let path = lines::picture(verb, degree);
-        fs::read(&path).map_err(|e| Error::io(&path, "read", e))
-    };
+    let read = |degree| Input::open_file(&lines::picture(verb, degree))?.rest();
     let Ok(original) = read(None) else { return Ok(()) };
     page.picture(None, &original, &original)?;
     for degree in &verb.degrees.0 {
