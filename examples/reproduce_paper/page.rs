@@ -19,8 +19,8 @@ pub(crate) struct Page {
 pub(crate) const TITLE: &str = "The paper of 2012, claim by claim";
 
 const PAPER: &str = "V. P. Budak, V. S. Zheltov, T. K. Kalakutsky, \"Local estimations of Monte \
-     Carlo method with the object spectral representation in the solution of global illumination\", \
-     Computer Research and Modeling 4(1), 2012, 75-84 (in Russian; quoted here in English).";
+     Carlo method with the object spectral representation in the solution of global \
+     illumination\", Computer Research and Modeling 4(1), 2012, 75-84 (in Russian; quoted here in English).";
 
 impl Page {
     /// Writes the page in both forms, and its figures beside it.
@@ -46,8 +46,8 @@ impl Page {
         [
             PAPER.to_owned(),
             "Each claim is run through the public library, with the paper's words and number, ours \
-             with its error, and a command that shows it. The verdict is chosen by the program from \
-             the numbers."
+             with its error, and a command that shows it. The verdict is chosen by the program \
+             from the numbers."
                 .to_owned(),
             format!(
                 "A {kind} run of {:.0} s on {}. {}.",

@@ -108,7 +108,7 @@ impl Measures {
 }
 
 /// Integrates over the inside of a closed mesh, about `middle`: tetrahedra over the faces.
-fn enclosed(mesh: &Mesh, middle: DVec3) -> Solid {
+pub(crate) fn enclosed(mesh: &Mesh, middle: DVec3) -> Solid {
     let (mut volume, mut moment, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
     for face in 0..mesh.triangles().len() {
         let [a, b, c] = mesh.corners(face).map(|p| p - middle);

@@ -21,6 +21,7 @@ pub use check::{Check, CheckSettings, FAULTLESS_COLOUR, FaceFault, StarCheck};
 pub use envelope::{Envelope, least_folded};
 pub use fit_error::{FitError, fit_error};
 pub use measures::Measures;
+pub(crate) use measures::enclosed;
 pub use mesh_fit::{
     Centre, Fit, FitSettings, FoldPolicy, Projection, fit, mesh_bytes, series_bytes,
 };

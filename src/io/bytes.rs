@@ -55,6 +55,26 @@ pub(crate) fn field<T: Number>(bytes: &[u8], at: usize) -> T {
     T::of(field)
 }
 
+/// Writes a number, 7 bits a byte, the last ones first, the highest bit set on all bytes but the
+/// last.
+pub(crate) fn push_number(bytes: &mut Vec<u8>, mut number: u64) {
+    while number > 0x7f {
+        bytes.push((number & 0x7f) as u8 | 0x80);
+        number >>= 7;
+    }
+    bytes.push(number as u8);
+}
+
+/// Maps 0, -1, 1, -2, ... to 0, 1, 2, 3, ...
+pub(crate) const fn zigzag(value: i64) -> u64 {
+    ((value << 1) ^ (value >> 63)) as u64
+}
+
+/// Takes [`zigzag`] back.
+pub(crate) const fn unzigzag(number: u64) -> i64 {
+    (number >> 1) as i64 ^ -((number & 1) as i64)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! Files in and out: meshes, coefficients, scenes, images, tables, and the rules by which anything
 //! is written.
 
-mod bytes;
+pub(crate) mod bytes;
 pub mod checkpoint;
 pub mod coefficients;
 mod decimal;

@@ -44,7 +44,6 @@ pub use stage::{LoadingObserver, LoadingStage};
 #[cfg(feature = "plots")]
 pub use sweep::sweep_figures;
 pub use sweep::{
-    Column, Light, LightSettings, Original, Rendition, Rivals, Sweep, SweepLimit, SweepRow,
-    SweepSettings, thinned,
+    Column, Light, LightSettings, Original, Rendition, Rivals, Sweep, SweepLimit, SweepRow, thinned,
 };
 pub use view::check_view;

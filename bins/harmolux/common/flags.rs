@@ -60,8 +60,8 @@ impl MeshHabits {
 #[derive(Debug, Args)]
 pub(crate) struct FitHabits {
     /// The expansion centre: X,Y,Z in metres, or for each mesh its `origin`, the `centroid` of its
-    /// volume, or the `best`, farthest from the planes of all faces [default: the origin if the mesh
-    /// is star-shaped about it, else one near the centroid]
+    /// volume, or the `best`, farthest from the planes of all faces [default: the origin if the
+    /// mesh is star-shaped about it, else one near the centroid]
     #[arg(long, value_name = "CENTRE", value_parser = centre, allow_hyphen_values = true)]
     pub(crate) centre: Option<Centre>,
     /// Fit an envelope of a mesh that is not star-shaped: which radius stands for a ray that meets

@@ -7,7 +7,7 @@ use harmolux::io::images::{auto_exposure, png};
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::io::tables::{Cell, Table};
-use harmolux::study::{Light, Picture, Rendition, Rivals, Sweep as Swept, SweepRow};
+use harmolux::study::{Light, Original, Picture, Rendition, Sweep as Swept, SweepRow};
 
 use super::{Sweep, light};
 use crate::common::about::about;
@@ -24,13 +24,16 @@ pub(super) struct Run<'a> {
     lines: Vec<Line>,
 }
 
-/// One line of the table.
+/// One line of the table: without what is measured, and with it.
 struct Line {
-    /// The line without what is measured.
     row: SweepRow,
     cells: Option<Vec<Cell>>,
-    /// Whether there is such a line at all.
-    exists: bool,
+}
+
+/// The scene with the original, and the exposure of all pictures.
+struct Lit {
+    light: Light,
+    exposure: f64,
 }
 
 /// Returns the file of coefficients of a degree.
@@ -56,15 +59,18 @@ impl<'a> Run<'a> {
         verb: &'a Sweep,
         mut table: GrowingTable,
         key: String,
+        original: &Original,
         scene: Option<SceneFile>,
     ) -> Result<Self> {
         let takes_pictures = scene.as_ref().is_some_and(|scene| !scene.cameras.is_empty());
         let degrees = || verb.degrees.0.iter().map(|degree| Some(*degree));
-        let original = std::iter::once((Rendition::Original, None));
+        let first = std::iter::once((Rendition::Original, None));
         let series = degrees().map(|degree| (Rendition::Series, degree));
+        let has_rivals = matches!(original, Original::Mesh(..));
         let rivals = degrees().map(|degree| (Rendition::Decimated, degree));
+        let rivals = rivals.filter(|_| has_rivals);
         let mut lines = Vec::new();
-        for (rendition, degree) in original.chain(series).chain(rivals) {
+        for (rendition, degree) in first.chain(series).chain(rivals) {
             let row = SweepRow::new(rendition, degree);
             let is_series = rendition == Rendition::Series;
             let mut paths = Vec::new();
@@ -80,7 +86,7 @@ impl<'a> Run<'a> {
                 table.leave_out(&row.head());
                 paths.iter().try_for_each(|path| check(path, verb.force))?;
             }
-            lines.push(Line { row, cells, exists: true });
+            lines.push(Line { row, cells });
         }
         table.begin()?;
         Ok(Self { verb, table, key, scene, lines })
@@ -94,18 +100,7 @@ impl<'a> Run<'a> {
     /// Makes the lines that are missing: the original, the degrees, then the rivals, which are
     /// decimated from the highest degree down.
     pub(super) fn measure(&mut self, swept: &Swept, meter: &Meter) -> Result<()> {
-        let needs_light =
-            |line: &Line| line.cells.is_none() && line.row.rendition != Rendition::Decimated;
-        let scene = self.scene.take().filter(|_| self.lines.iter().any(needs_light));
-        let exposure = scene.as_ref().and_then(|scene| scene.render.exposure);
-        if scene.is_some() {
-            meter.stage("rendering the original");
-        }
-        let light = scene.map(|scene| light(self.verb, scene, swept.original())).transpose()?;
-        let exposure = light
-            .as_ref()
-            .and_then(Light::picture)
-            .map_or(1.0, |picture| exposure.unwrap_or_else(|| auto_exposure(&picture.pixels)));
+        let lit = self.light(swept, meter)?;
         let mut rivals = None;
         let all = self.lines.len();
         let is_rival = |line: &Line| line.row.rendition == Rendition::Decimated;
@@ -120,58 +115,62 @@ impl<'a> Run<'a> {
             let own = |e| about(&self.verb.shape, e);
             let cells = match (row.rendition, row.degree) {
                 (Rendition::Decimated, Some(degree)) => {
-                    if rivals.is_none() {
-                        rivals = Some(swept.rivals().map_err(own)?);
-                    }
-                    let Some(rivals) = rivals.as_mut().and_then(Option::as_mut) else {
-                        self.lines[i].exists = false;
-                        continue;
+                    let rivals = match &mut rivals {
+                        Some(rivals) => rivals,
+                        none => none.insert(swept.rivals().map_err(own)?),
                     };
-                    self.rival(rivals, degree)?
+                    let row = rivals.measure(degree).map_err(own)?;
+                    row.map(|row| self.keep(&row, || Ok(()))).transpose()?
                 }
                 (Rendition::Series, Some(degree)) => {
-                    let cells = self.series(swept, degree, light.as_ref(), exposure);
-                    Some(cells.map_err(own)?)
+                    Some(self.series(swept, degree, lit.as_ref()).map_err(own)?)
                 }
-                _ => Some(self.original(swept, light.as_ref(), exposure).map_err(own)?),
+                _ => Some(self.original(swept, lit.as_ref()).map_err(own)?),
             };
-            self.lines[i].exists = cells.is_some();
             self.lines[i].cells = cells;
             say::note(&format!("{} of {all}: {name}", done + 1));
         }
         Ok(())
     }
 
-    fn rival(&self, rivals: &mut Rivals, degree: usize) -> Result<Option<Vec<Cell>>> {
-        let row = rivals.measure(degree).map_err(|e| about(&self.verb.shape, e))?;
-        row.map(|row| self.keep(&row, || Ok(()))).transpose()
+    /// Makes the scene ready where a line that is missing needs it.
+    fn light(&mut self, swept: &Swept, meter: &Meter) -> Result<Option<Lit>> {
+        let needs_light =
+            |line: &Line| line.cells.is_none() && line.row.rendition != Rendition::Decimated;
+        let Some(scene) = self.scene.take().filter(|_| self.lines.iter().any(needs_light)) else {
+            return Ok(None);
+        };
+        meter.stage("rendering the original");
+        let exposure = scene.render.exposure;
+        let light = light(self.verb, scene, swept.original())?;
+        let own = |picture: &Picture| auto_exposure(&picture.pixels);
+        let exposure = exposure.or_else(|| light.picture().map(own)).unwrap_or(1.0);
+        Ok(Some(Lit { light, exposure }))
     }
 
-    fn series(
-        &self,
-        swept: &Swept,
-        degree: usize,
-        light: Option<&Light>,
-        exposure: f64,
-    ) -> Result<Vec<Cell>> {
+    fn series(&self, swept: &Swept, degree: usize, lit: Option<&Lit>) -> Result<Vec<Cell>> {
         let (shape, mut row) = swept.measure_degree(degree)?;
-        let picture = light.map(|light| light.measure(&shape, &mut row)).transpose()?.flatten();
+        let picture = match lit {
+            Some(Lit { light, exposure }) => {
+                light.measure(&shape, &mut row)?.map(|picture| (picture, *exposure))
+            }
+            None => None,
+        };
         let file = shape_file::open(&coefficients(self.verb, degree), self.verb.force)?;
         self.keep(&row, || {
             file.write(&shape)?;
-            let write = |picture| self.write_picture(Some(degree), picture, exposure);
-            picture.as_ref().map_or(Ok(()), write)
+            let Some((picture, exposure)) = &picture else { return Ok(()) };
+            self.write_picture(Some(degree), picture, *exposure)
         })
     }
 
-    fn original(&self, swept: &Swept, light: Option<&Light>, exposure: f64) -> Result<Vec<Cell>> {
+    fn original(&self, swept: &Swept, lit: Option<&Lit>) -> Result<Vec<Cell>> {
         let mut row = swept.measure_original()?;
         row.degree = None;
-        if let Some(light) = light {
-            light.measure_original(&mut row);
-        }
-        let write = |picture| self.write_picture(None, picture, exposure);
-        self.keep(&row, || light.and_then(Light::picture).map_or(Ok(()), write))
+        let Some(Lit { light, exposure }) = lit else { return self.keep(&row, || Ok(())) };
+        light.measure_original(&mut row);
+        let write = |picture| self.write_picture(None, picture, *exposure);
+        self.keep(&row, || light.picture().map_or(Ok(()), write))
     }
 
     fn write_picture(&self, degree: Option<usize>, shown: &Picture, exposure: f64) -> Result<()> {
@@ -192,8 +191,8 @@ impl<'a> Run<'a> {
     /// Writes all lines in their order.
     pub(super) fn finish(self) -> Result<(Table, Vec<SweepRow>)> {
         let _whole = interrupt::writing();
-        let cells = self.lines.into_iter().filter(|line| line.exists);
-        let table = self.table.finish(cells.filter_map(|line| line.cells).collect())?;
+        let cells = self.lines.into_iter().filter_map(|line| line.cells);
+        let table = self.table.finish(cells.collect())?;
         let rows = table.rows().iter().filter_map(|cells| SweepRow::of_cells(cells)).collect();
         Ok((table, rows))
     }

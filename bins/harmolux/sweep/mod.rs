@@ -11,7 +11,7 @@ use harmolux::error::shown_path;
 use harmolux::fit::Shape;
 use harmolux::io::input::{FilesRead, Input};
 use harmolux::io::scene_file::{SceneFile, split_override};
-use harmolux::study::{Light, LightSettings, Original, Sweep as Swept, SweepLimit, SweepSettings};
+use harmolux::study::{Light, LightSettings, Original, Sweep as Swept, SweepLimit, SweepRow};
 use harmolux::{Error, Result};
 
 use self::lines::Run;
@@ -24,7 +24,6 @@ use crate::common::idle;
 use crate::common::progress::Meter;
 use crate::common::subject::Read;
 use crate::common::values::{Degrees, degrees, size};
-use harmolux::study::SweepRow;
 
 /// Measure what each truncation degree costs and buys, beside the mesh itself
 ///
@@ -98,21 +97,22 @@ fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let said = (&verb.habits, &verb.shaping, &verb.series);
     let in_scene = scene.as_ref().map(|(_, key)| (key, &verb.define, verb.size, verb.samples));
     let key = key(&files, &(said, in_scene));
+    report::check_limits(verb, scene.is_some())?;
     let outputs = pages::Outputs::open(verb)?;
     let scene = scene.map(|(scene, _)| scene);
-    let mut run = Run::new(verb, table, key, scene)?;
-    let settings = SweepSettings { fit: verb.shaping.settings(0), width: None };
+    let mut run = Run::new(verb, table, key, &original, scene)?;
     if run.is_complete() {
         meter.stage("reading what is there");
     } else {
         meter.stage("making the shape ready");
-        let swept = Swept::new(original.clone(), settings).map_err(|e| about(&verb.shape, e))?;
+        let swept = Swept::new(original.clone(), verb.shaping.settings(0));
+        let swept = swept.map_err(|e| about(&verb.shape, e))?;
         run.measure(&swept, &meter)?;
     }
     meter.stage("drawing");
     let (table, rows) = run.finish()?;
     let answers = report::answers(&verb.tolerance, &rows)?;
-    outputs.write(verb, &original, &rows, &answers)?;
+    outputs.write(verb, &original, (&table, &rows), &answers)?;
     drop(meter);
     report::print(verb, &table, &rows, &answers, as_json)?;
     Ok(report::code(&answers))
@@ -158,7 +158,12 @@ fn scene(verb: &Sweep, path: &Path) -> Result<(SceneFile, String)> {
 
 /// Makes the scene ready, its original looked at.
 fn light(verb: &Sweep, scene: SceneFile, original: &Original) -> Result<Light> {
-    let settings = LightSettings { size: verb.size, samples: verb.samples.unwrap_or(SAMPLES) };
+    let settings = LightSettings {
+        size: verb.size,
+        samples: verb.samples.unwrap_or(SAMPLES),
+        unit: verb.habits.unit,
+        up: verb.habits.up,
+    };
     let path = verb.scene.as_deref().unwrap_or(&verb.shape);
     Light::new(scene, &verb.shape, original, settings).map_err(|e| about(path, e))
 }

@@ -5,12 +5,13 @@ use harmolux::io::coefficients;
 use harmolux::io::coefficients::ReadOptions;
 use harmolux::io::input::Input;
 use harmolux::io::output::{Kind, Output, Stage};
+use harmolux::io::tables::Table;
 use harmolux::plots::Figure;
 use harmolux::study::{Column, Original, Page, SweepRow, sweep_figures, thinned};
 use rayon::prelude::*;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::report::Answer;
+use super::report::{self, Answer};
 use super::{Sweep, lines};
 use crate::common::plot::{PAGE_FACES, PlotFormat};
 use crate::common::target::write_all;
@@ -42,7 +43,7 @@ impl Outputs {
         self,
         verb: &Sweep,
         original: &Original,
-        rows: &[SweepRow],
+        (table, rows): (&Table, &[SweepRow]),
         answers: &[Answer],
     ) -> Result<()> {
         let last = verb.degrees.0.last().copied().unwrap_or_default();
@@ -75,8 +76,7 @@ impl Outputs {
             Original::Series(_) => page.shape(&lines::stem(verb), series, None),
         }
         add_pictures(&mut page, verb)?;
-        let (columns, values) = table(rows);
-        page.table(columns, values);
+        page.table(columns(rows), report::json(table)?["rows"].take());
         page.answers(answers.iter().map(Answer::value).collect());
         written.push(self.page.write(page.to_html().as_bytes()));
         write_all(written)
@@ -97,33 +97,19 @@ fn add_pictures(page: &mut Page, verb: &Sweep) -> Result<()> {
     Ok(())
 }
 
-/// Writes the lines as the page reads them.
-fn table(rows: &[SweepRow]) -> (Value, Value) {
+/// Describes the columns in which anything is known.
+fn columns(rows: &[SweepRow]) -> Value {
     let known = |column: &Column| rows.iter().any(|row| !row[*column].is_nan());
-    let columns: Vec<Column> = Column::ALL.into_iter().filter(known).collect();
-    let described = columns.iter().map(|column| {
-        let scale = if column.unit() == "%" { 100 } else { 1 };
+    let described = Column::ALL.into_iter().filter(known).map(|column| {
         json!({
             "name": column.name(),
             "title": column.title(),
             "unit": column.unit(),
-            "scale": scale,
-            "detail": is_detail(*column),
+            "scale": if column.unit() == "%" { 100 } else { 1 },
+            "detail": is_detail(column),
         })
     });
-    let values = rows.iter().map(|row| {
-        let mut object = Map::new();
-        object.insert("shape".to_owned(), row.rendition.name().into());
-        object.insert("degree".to_owned(), row.degree.into());
-        for column in &columns {
-            object.insert(
-                column.name().to_owned(),
-                json!(Some(row[*column]).filter(|v| !v.is_nan())),
-            );
-        }
-        Value::Object(object)
-    });
-    (described.collect(), values.collect())
+    described.collect()
 }
 
 /// Whether a number is one for the table alone, not for the panel beside the shape.

@@ -30,13 +30,22 @@ impl Answer {
     }
 }
 
+/// Rejects limits of light without a scene, before anything is measured.
+pub(super) fn check_limits(verb: &Sweep, has_scene: bool) -> Result<()> {
+    match verb.tolerance.iter().find(|limit| limit.is_of_light() && !has_scene) {
+        Some(limit) => Err(Error::Parameter(format!(
+            "--tolerance {limit}: this is a limit of light: name a scene with `--scene`"
+        ))),
+        None => Ok(()),
+    }
+}
+
 /// Finds the smallest degree for each limit.
 pub(super) fn answers(limits: &[SweepLimit], rows: &[SweepRow]) -> Result<Vec<Answer>> {
     let answer = |limit: &SweepLimit| {
         if !limit.is_known(rows) {
             return Err(Error::Parameter(format!(
-                "--tolerance {limit}: this is not measured here; pictures and illuminances need \
-                 `--scene`"
+                "--tolerance {limit}: this was not measured: the scene has no camera, or no sensors"
             )));
         }
         Ok(Answer { limit: limit.to_string(), row: limit.answer(rows).cloned() })
@@ -54,6 +63,12 @@ pub(super) fn code(answers: &[Answer]) -> Code {
     code
 }
 
+/// Returns the table as JSON.
+pub(super) fn json(table: &Table) -> Result<Value> {
+    let failed = |e| Error::Numeric(format!("the JSON writer failed: {e}"));
+    serde_json::to_value(table).map_err(failed)
+}
+
 /// Prints the table and the answers.
 pub(super) fn print(
     verb: &Sweep,
@@ -63,8 +78,7 @@ pub(super) fn print(
     as_json: bool,
 ) -> Result<()> {
     if as_json {
-        let mut value: Value = serde_json::from_slice(&table.to_json()?)
-            .map_err(|e| Error::Numeric(format!("the JSON writer failed: {e}")))?;
+        let mut value = json(table)?;
         value["answers"] = answers.iter().map(Answer::value).collect();
         say::raw(&format!("{value:#}"));
         return Ok(());

@@ -48,8 +48,8 @@ pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
         notes: vec![
             format!("Like with like: {}.", likes.iter().map(like).collect::<Vec<_>>().join("; ")),
             format!(
-                "{} of all {} pairs exceed 1000. Like with like all must for the claim to hold. The compact form adds an RMS error of a fifth of the \
-                 truncation error.",
+                "{} of all {} pairs exceed 1000. Like with like all must for the claim to hold. \
+                 The compact form adds an RMS error of a fifth of the truncation error.",
                 all().filter(|r| *r > CLAIMED).count(),
                 all().count()
             ),

@@ -33,6 +33,10 @@ pub struct LightSettings {
     pub size: Option<[u32; 2]>,
     /// The eye rays of a pixel.
     pub samples: u32,
+    /// How the file of what is swept was read; the scene must say the same of it.
+    pub unit: Unit,
+    /// The axis of that file that points up.
+    pub up: UpAxis,
 }
 
 /// The largest width of a picture whose size was not asked for.
@@ -97,6 +101,7 @@ impl Light {
         settings: LightSettings,
     ) -> Result<Self> {
         let names = objects_of(&scene, path)?;
+        require_same_reading(&scene, &names, settings)?;
         let camera = if scene.cameras.is_empty() { None } else { Some(camera(&scene)?) };
         if camera.is_none() && scene.sensors.is_empty() {
             let text = "the scene has neither a camera nor sensors: there is nothing to compare";
@@ -141,14 +146,7 @@ impl Light {
 
     /// Writes into the line of the original what noise alone brings.
     pub fn measure_original(&self, row: &mut SweepRow) {
-        let of_noise = [
-            (Column::RelMseNoise, Column::RelMse),
-            (Column::FlipNoise, Column::Flip),
-            (Column::LuxNoise, Column::LuxMax),
-        ];
-        for (own, found) in of_noise {
-            row[own] = self.noise[found];
-        }
+        self.tell_noise(row);
         for zero in [Column::RelMse, Column::Silhouette, Column::LuxMax] {
             row[zero] = if self.noise[zero].is_nan() { f64::NAN } else { 0.0 };
         }
@@ -167,15 +165,20 @@ impl Light {
     pub fn measure(&self, shape: &Shape, row: &mut SweepRow) -> Result<Option<Picture>> {
         let seen = self.look(&Stand::series(shape)?, 1, self.time())?;
         self.judge(&seen, row)?;
-        for (column, noise) in [
+        self.tell_noise(row);
+        row[Column::RelMse] = (row[Column::RelMse] - self.noise[Column::RelMse]).max(0.0);
+        Ok(seen.shots.map(|shots| shots.picture))
+    }
+
+    /// Writes into a line what noise alone brings.
+    fn tell_noise(&self, row: &mut SweepRow) {
+        for (column, found) in [
             (Column::RelMseNoise, Column::RelMse),
             (Column::FlipNoise, Column::Flip),
             (Column::LuxNoise, Column::LuxMax),
         ] {
-            row[column] = self.noise[noise];
+            row[column] = self.noise[found];
         }
-        row[Column::RelMse] = (row[Column::RelMse] - self.noise[Column::RelMse]).max(0.0);
-        Ok(seen.shots.map(|shots| shots.picture))
     }
 
     fn judge(&self, seen: &Seen, row: &mut SweepRow) -> Result<()> {
@@ -271,6 +274,23 @@ fn objects_of(scene: &SceneFile, path: &Path) -> Result<Vec<String>> {
         path.display(),
         if files.is_empty() { "none at all".to_owned() } else { files.join(", ") }
     )))
+}
+
+/// Rejects objects whose file the scene reads otherwise: they would have another size.
+fn require_same_reading(scene: &SceneFile, names: &[String], as_read: LightSettings) -> Result<()> {
+    let LightSettings { unit, up, .. } = as_read;
+    for name in names {
+        if let Some(ObjectSpec::Sh(spec)) = scene.objects.get(name)
+            && (spec.unit, spec.up) != (unit, up)
+        {
+            return Err(Error::Parameter(format!(
+                "[objects.{name}.sh] reads its file with unit = \"{}\" and up = \"{}\", the sweep \
+                 with {unit} and {up}: say the same in both, `--unit {}` and `--up {}`",
+                spec.unit, spec.up, spec.unit, spec.up
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn replaced(spec: &ShSpec, stand: &Stand) -> ObjectSpec {

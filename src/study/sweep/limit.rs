@@ -39,6 +39,11 @@ impl SweepLimit {
         series.filter(kept).min_by_key(|row| row.degree)
     }
 
+    /// Whether it takes a scene to know what is limited.
+    pub const fn is_of_light(&self) -> bool {
+        matches!(self.column, Column::RelMse | Column::Flip | Column::LuxMax)
+    }
+
     /// Whether any line of a series knows what is limited.
     pub fn is_known(&self, rows: &[SweepRow]) -> bool {
         let mut series = rows.iter().filter(|row| row.rendition == Rendition::Series);

@@ -27,11 +27,11 @@ pub(super) use storage::numbers_in_f32;
 
 use self::decimation::Decimation;
 use self::quantised::quantised;
-use self::timing::{Timer, quartiles, reach};
+use self::timing::{Timer, quartiles};
 use super::{CompareSettings, Comparison, Subject, compare};
-use crate::fit::{Fit, FitSettings, Measures, Shape, Source, fit, series_bytes};
+use crate::fit::{Fit, FitSettings, Shape, Source, enclosed, fit, series_bytes};
 use crate::mesh::Mesh;
-use crate::sh::PrincipalAxes;
+use crate::sh::Solid;
 use crate::surface::{Intersector, MeshSurface, ShSurface, Surface};
 use crate::{Error, Result};
 
@@ -54,20 +54,11 @@ impl Original {
     }
 }
 
-/// Sets a sweep.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SweepSettings {
-    /// How a mesh is fitted; its degree does not count.
-    pub fit: FitSettings,
-    /// How wide the interval of the Hausdorff distance may be, metres; see
-    /// [`CompareSettings::width`].
-    pub width: Option<f64>,
-}
-
 /// A sweep made ready: every line is measured by itself, in any order.
 pub struct Sweep {
     original: Original,
-    settings: SweepSettings,
+    /// How a mesh is fitted; its degree does not count.
+    settings: FitSettings,
     /// The expansion centre of all degrees.
     centre: DVec3,
     /// Whether the mesh is star-shaped about it.
@@ -76,7 +67,8 @@ pub struct Sweep {
     /// The original about the centre.
     surface: Box<dyn Surface>,
     timer: Timer,
-    measures: Option<Measures>,
+    /// The principal moments of inertia; none of an open mesh.
+    moments: Option<[f64; 3]>,
     /// One thread.
     pool: ThreadPool,
 }
@@ -86,16 +78,16 @@ const REPEATS: usize = 3;
 const PATIENCE: f64 = 0.3;
 
 impl Sweep {
-    /// Makes a sweep ready.
+    /// Makes a sweep ready; a mesh is fitted as `settings` say, whose degree does not count.
     ///
     /// # Errors
     /// As [`fit`] and [`MeshSurface::new`] of a mesh, [`ShSurface::new`] of a series.
-    pub fn new(original: Original, settings: SweepSettings) -> Result<Self> {
+    pub fn new(original: Original, settings: FitSettings) -> Result<Self> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         let pool = pool.map_err(|e| Error::Numeric(format!("no thread to time on: {e}")))?;
         let (centre, star, mean_radius) = match &original {
             Original::Mesh(mesh, _) => {
-                let ball = fit(mesh, &FitSettings { lmax: 0, ..settings.fit })?;
+                let ball = fit(mesh, &FitSettings { lmax: 0, ..settings })?;
                 (ball.centre, ball.folds.is_none(), ball.coefficients.mean())
             }
             Original::Series(shape) => (shape.centre, true, shape.coefficients.mean()),
@@ -103,7 +95,7 @@ impl Sweep {
         let (surface, radius): (Box<dyn Surface>, f64) = match &original {
             Original::Mesh(mesh, _) => {
                 let moved = mesh.translated(-centre);
-                let radius = reach(moved.used_positions());
+                let radius = moved.used_positions().iter().map(|p| p.length()).fold(0.0, f64::max);
                 (Box::new(MeshSurface::new(moved)?), radius)
             }
             Original::Series(shape) => {
@@ -112,12 +104,9 @@ impl Sweep {
                 (Box::new(surface), radius)
             }
         };
-        let measures = match &original {
-            Original::Mesh(mesh, _) => Measures::of_mesh(mesh),
-            Original::Series(shape) => Measures::of_shape(shape),
-        };
-        let (timer, measures) = (Timer::new(radius), measures.ok());
-        Ok(Self { original, settings, centre, star, mean_radius, surface, timer, measures, pool })
+        let moments = moments(&original.subject());
+        let timer = Timer::new(radius);
+        Ok(Self { original, settings, centre, star, mean_radius, surface, timer, moments, pool })
     }
 
     /// Returns what is swept.
@@ -188,28 +177,25 @@ impl Sweep {
         self.timer.measure(&surface, &*self.surface, &mut row);
         let found = self.compare(Subject::Series(&shape), &mut row)?;
         let rms = rms.or_else(|| found.radial.as_ref().ok().map(|r| r.rms)).unwrap_or_default();
-        self.inertia(Measures::of_shape(&shape), &mut row);
         storage::series(&mut row, &shape, rms)?;
         Ok((shape, row))
     }
 
-    /// Starts to decimate the mesh to the bytes of series; `None` when a series is swept.
+    /// Starts to decimate the mesh to the bytes of series.
     ///
     /// # Errors
     /// [`Error::Memory`] for more than is free.
-    pub fn rivals(&self) -> Result<Option<Rivals<'_>>> {
-        match &self.original {
-            Original::Mesh(mesh, _) => {
-                let decimation = Decimation::new(mesh, self.centre, self.star)?;
-                Ok(Some(Rivals { sweep: self, decimation }))
-            }
-            Original::Series(_) => Ok(None),
-        }
+    pub fn rivals(&self) -> Result<Rivals<'_>> {
+        let decimation = match &self.original {
+            Original::Mesh(mesh, _) => Some(Decimation::new(mesh, self.centre, self.star)?),
+            Original::Series(_) => None,
+        };
+        Ok(Rivals { sweep: self, decimation })
     }
 
     /// Fits the mesh, and times that.
     fn fit(&self, mesh: &Mesh, degree: usize, row: &mut SweepRow) -> Result<Fit> {
-        let settings = FitSettings { lmax: degree, ..self.settings.fit };
+        let settings = FitSettings { lmax: degree, ..self.settings };
         let mut times = Vec::new();
         loop {
             let fitted = self.pool.install(|| fit(mesh, &settings))?;
@@ -232,12 +218,17 @@ impl Sweep {
 
     /// Compares a shape with the original, as `diff` does.
     fn compare(&self, shape: Subject, row: &mut SweepRow) -> Result<Comparison> {
-        let settings = CompareSettings { width: self.settings.width, centre: self.centre };
+        let settings = CompareSettings { width: None, centre: self.centre };
         let found = compare(shape, self.original.subject(), &settings)?;
         row[Column::HausdorffLower] = found.hausdorff.lower;
         row[Column::HausdorffUpper] = found.hausdorff.upper;
         row[Column::NormalMean] = found.normals.mean.to_degrees();
         row[Column::Normal95] = found.normals.percentile_95.to_degrees();
+        if let (Some(own), Some(original)) = (moments(&shape), self.moments) {
+            let pairs = own.into_iter().zip(original);
+            let changes = pairs.map(|(a, b)| (a / b - 1.0).abs());
+            row[Column::InertiaError] = changes.fold(0.0, f64::max);
+        }
         row[Column::AreaError] = found.areas[0] / found.areas[1] - 1.0;
         if let [Some(own), Some(original)] = found.volumes {
             row[Column::VolumeError] = own / original - 1.0;
@@ -250,38 +241,28 @@ impl Sweep {
         }
         Ok(found)
     }
-
-    fn inertia(&self, own: Result<Measures>, row: &mut SweepRow) {
-        let (Ok(own), Some(original)) = (own, &self.measures) else { return };
-        let moments = |measures: &Measures| -> [f64; 3] {
-            let PrincipalAxes { moments, .. } = measures.principal;
-            moments
-        };
-        let pairs = moments(&own).into_iter().zip(moments(original));
-        row[Column::InertiaError] = pairs.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
-    }
 }
 
 /// A mesh that is decimated to the bytes of series, from the highest degree down.
 pub struct Rivals<'a> {
     sweep: &'a Sweep,
-    decimation: Decimation,
+    decimation: Option<Decimation>,
 }
 
 impl Rivals<'_> {
     /// Decimates the mesh to the bytes of the series of a degree, both in f32, and measures what is
-    /// left; `None` where no mesh is as small, or the mesh itself takes no more. The degrees of
-    /// calls descend.
+    /// left; `None` of a series, where no mesh is as small, and where the mesh itself takes no
+    /// more. The degrees of calls descend.
     ///
     /// # Errors
     /// As [`compare`](super::compare()).
     pub fn measure(&mut self, degree: usize) -> Result<Option<SweepRow>> {
         let sweep = self.sweep;
         let target = storage::vertices_for(series_bytes(degree));
-        if target < 4 {
+        let Some(decimation) = self.decimation.as_mut().filter(|_| target >= 4) else {
             return Ok(None);
-        }
-        let mesh = self.decimation.down_to(target)?;
+        };
+        let mesh = decimation.down_to(target)?;
         if mesh.positions().len() > target {
             return Ok(None);
         }
@@ -298,7 +279,6 @@ impl Rivals<'_> {
             let step = storage::PART * rms * 12.0_f64.sqrt();
             row[Column::BytesCompact] = quantised(&mesh, step)?.len() as f64;
         }
-        sweep.inertia(Measures::of_mesh(&mesh), &mut row);
         Ok(Some(row))
     }
 }
@@ -312,6 +292,15 @@ pub fn thinned(mesh: &Mesh, faces: usize) -> Result<Mesh> {
         return Ok(mesh.clone());
     }
     Decimation::new(mesh, mesh.bounds().centre(), false)?.down_to(faces / 2 + 2)
+}
+
+/// Returns the principal moments of inertia of a closed shape, of unit density.
+fn moments(shape: &Subject) -> Option<[f64; 3]> {
+    let solid = match shape {
+        Subject::Series(shape) => Solid::of(&shape.coefficients).ok()?,
+        Subject::Mesh(mesh) => enclosed(mesh, mesh.bounds().centre()),
+    };
+    (solid.volume > 0.0).then(|| solid.principal_axes().moments)
 }
 
 fn cut(shape: &Shape, degree: usize) -> Result<Shape> {

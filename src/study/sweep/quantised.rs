@@ -11,6 +11,7 @@ use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use glam::I64Vec3;
 
+use crate::io::bytes::{push_number, zigzag};
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 
@@ -51,7 +52,7 @@ pub(super) fn quantised(mesh: &Mesh, step: f64) -> Result<Vec<u8>> {
         let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
         encoder.write_all(&stream).map_err(failed)?;
         let packed = encoder.finish().map_err(failed)?;
-        push(&mut bytes, packed.len() as u64);
+        push_number(&mut bytes, packed.len() as u64);
         bytes.extend(packed);
     }
     Ok(bytes)
@@ -211,7 +212,7 @@ impl<'a> Walk<'a> {
         for steps in 1..=self.gates.len() {
             let gate = self.gates[at];
             if gate.from == corner && !gate.is_closed {
-                push(&mut self.elsewhere, steps as u64);
+                push_number(&mut self.elsewhere, steps as u64);
                 return Some(at);
             }
             at = gate.behind;
@@ -220,7 +221,7 @@ impl<'a> Walk<'a> {
             }
         }
         self.elsewhere.push(0);
-        push(&mut self.elsewhere, u64::from(corner));
+        push_number(&mut self.elsewhere, u64::from(corner));
         None
     }
 
@@ -240,18 +241,9 @@ impl<'a> Walk<'a> {
         self.seen[vertex as usize] = true;
         let offset = (self.places[vertex as usize] - foretold).to_array();
         for (stream, offset) in self.offsets.iter_mut().zip(offset) {
-            push(stream, ((offset << 1) ^ (offset >> 63)) as u64);
+            push_number(stream, zigzag(offset));
         }
     }
-}
-
-/// Writes a number, seven bits a byte.
-fn push(bytes: &mut Vec<u8>, mut number: u64) {
-    while number >= 128 {
-        bytes.push(number as u8 | 128);
-        number >>= 7;
-    }
-    bytes.push(number as u8);
 }
 
 #[cfg(test)]

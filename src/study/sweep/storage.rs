@@ -8,6 +8,7 @@ use crate::fit::Shape;
 use crate::io::coefficients::{SeriesFormat, Tolerance, WriteOptions, encode};
 use crate::io::meshes::{self, MeshFormat};
 use crate::mesh::Mesh;
+use crate::sh::places;
 
 /// The part of its error to which a shape is compressed.
 pub(super) const PART: f64 = 0.2;
@@ -33,12 +34,11 @@ pub(super) fn series(row: &mut SweepRow, shape: &Shape, rms: f64) -> Result<()> 
 /// Writes the coefficients as f32, little endian: for each degree A_l0, A_l1, B_l1, ...
 pub(in crate::study) fn numbers_in_f32(shape: &Shape) -> Vec<u8> {
     let series = &shape.coefficients;
-    let orders = (0..=series.lmax()).flat_map(|l| (0..=l).map(move |m| (l, m)));
-    let numbers = orders.flat_map(|(l, m)| {
+    let number = |(l, m, sine)| {
         let (a, b) = series.get(l, m);
-        [Some(a), (m > 0).then_some(b)]
-    });
-    numbers.flatten().flat_map(|x| (x as f32).to_le_bytes()).collect()
+        if sine { b } else { a }
+    };
+    places(series.lmax()).map(number).flat_map(|x| (x as f32).to_le_bytes()).collect()
 }
 
 /// Writes a mesh in every form.

@@ -3,7 +3,6 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -153,11 +152,6 @@ pub(super) fn quartiles(values: impl IntoIterator<Item = f64>) -> [f64; 3] {
         let place = quarter * values.len().saturating_sub(1);
         values.get((place + 2) / 4).copied().unwrap_or(f64::NAN)
     })
-}
-
-/// Returns the bounding radius about the origin of what stands there.
-pub(super) fn reach(points: impl IntoIterator<Item = DVec3>) -> f64 {
-    points.into_iter().map(DVec3::length).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

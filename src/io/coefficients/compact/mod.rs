@@ -36,7 +36,7 @@ use glam::DVec3;
 use self::model::{Law, Place};
 use crate::error::InputError;
 use crate::fit::{Shape, Source, SourceHash};
-use crate::io::bytes::{Cursor, Number, field};
+use crate::io::bytes::{Cursor, Number, field, push_number, unzigzag, zigzag};
 use crate::sh::Coefficients;
 use crate::{Error, Result};
 
@@ -178,22 +178,6 @@ fn header(shape: &Shape) -> Vec<u8> {
         bytes.extend(source.name.as_bytes());
     }
     bytes
-}
-
-fn push_number(bytes: &mut Vec<u8>, mut number: u64) {
-    while number > 0x7f {
-        bytes.push((number & 0x7f) as u8 | 0x80);
-        number >>= 7;
-    }
-    bytes.push(number as u8);
-}
-
-const fn zigzag(value: i64) -> u64 {
-    ((value << 1) ^ (value >> 63)) as u64
-}
-
-const fn unzigzag(number: u64) -> i64 {
-    (number >> 1) as i64 ^ -((number & 1) as i64)
 }
 
 /// Returns what coefficients of mean square 1 are multiplied with to become A_lm and B_lm.
