@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use harmolux::error::{InputError, shown, shown_path};
+use harmolux::error::{InputError, shown_path};
 use harmolux::io::images::{Attribute, Exr};
 use harmolux::io::output::Output;
 use harmolux::plots::{FalseColour, Palette, ScaleOptions};
@@ -75,7 +75,7 @@ pub(crate) fn run(verb: &Compare, as_json: bool) -> Result<Code> {
     let limits = Limits::of(verb)?;
     let targets = verb.output.iter().map(open).collect::<Result<Vec<_>>>()?;
     let meter = Meter::start("reading the pictures");
-    let (a, b) = (Read::open(&verb.a)?, Read::open(&verb.b)?);
+    let (a, b) = (Side::open(&verb.a)?, Side::open(&verb.b)?);
     meter.stage("comparing the pictures");
     let eye = verb.pixels_per_degree.unwrap_or(PIXELS_PER_DEGREE);
     let found = compare_pictures(&a.picture, &b.picture, eye).map_err(|e| about_both(verb, e))?;
@@ -103,13 +103,13 @@ pub(crate) fn run(verb: &Compare, as_json: bool) -> Result<Code> {
 }
 
 /// A picture, and what its file says besides.
-struct Read {
+struct Side {
     picture: Picture,
     unit: String,
     seed: Option<String>,
 }
 
-impl Read {
+impl Side {
     fn open(path: &Path) -> Result<Self> {
         let exr = Exr::read(path).map_err(|error| match error {
             Error::Input(e) if e.help.is_none() => {
@@ -123,7 +123,7 @@ impl Read {
             Some(Attribute::Text(text)) => Some(text.clone()),
             _ => None,
         };
-        let unit = shown(&text("unit").unwrap_or_default()).replace("m2", "m\u{b2}");
+        let unit = say::unit(&text("unit").unwrap_or_default());
         Ok(Self { picture: Picture::from_exr(path, &exr)?, unit, seed: text("seed") })
     }
 }
@@ -152,7 +152,7 @@ impl Limits {
 }
 
 /// Says why there is no joint test, where there is none.
-fn untested(verb: &Compare, found: &PictureComparison, both: [&Read; 2]) -> Option<String> {
+fn untested(verb: &Compare, found: &PictureComparison, both: [&Side; 2]) -> Option<String> {
     if found.joint.is_some() {
         return None;
     }
@@ -174,7 +174,7 @@ fn about_both(verb: &Compare, error: Error) -> Error {
 }
 
 /// Makes the picture of the difference: with a sign about white, FLIP as its authors show it.
-fn map(verb: &Compare, found: &PictureComparison, [a, b]: [&Read; 2]) -> Result<FalseColour> {
+fn map(verb: &Compare, found: &PictureComparison, [a, b]: [&Side; 2]) -> Result<FalseColour> {
     let map = verb.map.unwrap_or_default();
     if let (PictureMap::Z, Some(why)) = (map, untested(verb, found, [a, b])) {
         return Err(Error::Parameter(format!(

@@ -44,7 +44,7 @@ pub(crate) struct Probe {
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Probe, as_json: bool) -> Result<Code> {
-    let mut file = read_scene(&verb.common)?;
+    let mut file = read_scene(&verb.common.scene, &verb.common.define)?;
     // Nobody asks for them here.
     file.sensors.clear();
     let meter = Meter::start("reading the scene");

@@ -7,13 +7,12 @@ use harmolux::Result;
 use harmolux::io::coefficients::NamedShape;
 use harmolux::io::input::Input;
 use harmolux::io::output::{Kind, Output};
-use harmolux::study::{Page, thinned};
+use harmolux::study::Page;
 use serde_json::json;
 
 use crate::common::exit::Code;
 use crate::common::flags::SeriesReading;
 use crate::common::inputs::{read_shapes, read_surface};
-use crate::common::plot::PAGE_FACES;
 use crate::common::{paths, say};
 
 /// Write a page that shows shapes in a browser, at every degree
@@ -50,11 +49,9 @@ pub(crate) fn run(verb: &View, as_json: bool) -> Result<Code> {
     let mesh = verb.mesh.as_ref().map(|path| read_surface(Input::open(path)?)).transpose()?;
     let names: Vec<String> = shapes.iter().map(NamedShape::name).collect();
     let mut page = Page::new(names.join(", "));
-    let thin = mesh.as_ref().map(|(mesh, _)| thinned(mesh, PAGE_FACES)).transpose()?;
-    let faces = mesh.as_ref().map_or(0, |(mesh, _)| mesh.triangles().len());
     for (i, (shape, name)) in shapes.iter().zip(&names).enumerate() {
-        let twin = thin.as_ref().filter(|_| i == 0).map(|mesh| (mesh, faces));
-        page.shape(name, &shape.shape, twin);
+        let twin = mesh.as_ref().filter(|_| i == 0).map(|(mesh, _)| mesh);
+        page.shape(name, &shape.shape, twin)?;
     }
     let html = page.to_html();
     output.write(html.as_bytes())?;

@@ -86,6 +86,16 @@ pub fn student_t(alpha: f64, degrees: usize) -> f64 {
     }
 }
 
+/// Returns the first quartile, the median and the third, each a value that occurs; NaN of nothing.
+pub fn quartiles(values: impl IntoIterator<Item = f64>) -> [f64; 3] {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    [1, 2, 3].map(|quarter| {
+        let place = quarter * values.len().saturating_sub(1);
+        values.get((place + 2) / 4).copied().unwrap_or(f64::NAN)
+    })
+}
+
 /// Returns the median of the finite values; `None` when there are none.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut finite: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
@@ -100,6 +110,13 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn quartiles_of_a_sequence() {
+        assert_eq!(quartiles((1..=21).map(f64::from)), [6.0, 11.0, 16.0]);
+        assert_eq!(quartiles([3.0]), [3.0; 3]);
+        assert!(quartiles([])[1].is_nan());
+    }
 
     #[test]
     fn one_replicate_has_no_error_bar() {

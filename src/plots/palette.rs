@@ -5,8 +5,7 @@ use colorous::Gradient;
 use crate::math::choice::choice;
 
 /// Names a row of colours from low to high; all but turbo, grey and balance get lighter in even
-/// steps and
-/// are read by people of all kinds of colour vision.
+/// steps and are read by people of all kinds of colour vision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Palette {
     /// Violet, green, yellow.

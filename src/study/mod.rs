@@ -32,6 +32,7 @@ pub use known::known_illuminance;
 pub use load::{DetailedObject, FittedObject, Loaded, camera, load, load_for_camera};
 #[cfg(feature = "plots")]
 pub use page::Page;
+use pictures::relative_mse;
 pub use pictures::{
     FALSE_ALARMS, Flip, JointLevel, JointTest, PIXELS_PER_DEGREE, Picture, PictureComparison,
     PictureMap, RelativeMse, compare_pictures, flip, flip_ldr, joint_test,
@@ -41,9 +42,9 @@ pub use sensors::SensorGroup;
 pub use settings::{image_settings, sensor_settings};
 pub use shared_surfaces::Preparation;
 pub use stage::{LoadingObserver, LoadingStage};
-#[cfg(feature = "plots")]
-pub use sweep::sweep_figures;
 pub use sweep::{
-    Column, Light, LightSettings, Original, Rendition, Rivals, Sweep, SweepLimit, SweepRow, thinned,
+    Column, Light, LightSettings, Original, Rendition, Rivals, Sweep, SweepLimit, SweepRow,
 };
+#[cfg(feature = "plots")]
+pub use sweep::{SWEEP_FIGURES, sweep_figures};
 pub use view::check_view;

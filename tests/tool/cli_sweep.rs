@@ -140,6 +140,20 @@ fn numbers_of_light_are_those_of_render_illum_and_compare() {
 }
 
 #[test]
+fn a_scene_without_camera_has_no_pictures() {
+    let desk = Desk::new();
+    stone(&desk);
+    let body = [ROOM, LAMP, BODY].concat();
+    let (before, rest) = body.split_once("[cameras").expect("a camera");
+    let (_, after) = rest.split_once("[sensors").expect("sensors");
+    desk.put("room.toml", format!("{before}[sensors{after}"));
+    let report = desk.json("sweep stone.obj -l 3 --scene room.toml -o out");
+    let three = row(&report, "series", Some(3));
+    assert!(three["relmse"].is_null() && three["flip"].is_null() && three["lux_max"].is_number());
+    desk.refused("sweep stone.obj -l 3 --scene room.toml -o out --tolerance relmse=1", &["camera"]);
+}
+
+#[test]
 fn a_sweep_goes_on_from_its_table() {
     let desk = Desk::of(&["sweep", "a.obj", "-o", "out"]).with("a.obj", cube(1.0));
     desk.done("-l 1,2");
@@ -176,13 +190,14 @@ fn a_table_is_printed_and_limits_are_answered() {
     let desk = Desk::new();
     stone(&desk);
     let said = desk.done("sweep stone.obj -l 2..6 -o out --tolerance rms=20%,hausdorff=1km");
-    assert_says(&said.out, &["| degree 2", "| mesh as 6", "rms <= 20%: degree 2, 36 B"]);
+    assert_says(&said.out, &["| degree 2", "| mesh as degree 6", "rms <= 20%: degree 2, 36 B"]);
     let report = desk.json_at(4, "sweep stone.obj -l 2..6 -o out --tolerance rms=20%,normal=0deg");
     assert_eq!(report["answers"][0]["degree"], 2);
     assert_eq!(report["answers"][1]["degree"], Value::Null);
     let said = desk.ends(4, "sweep stone.obj -l 2..6 -o out --tolerance max=0");
     assert_says(&said.err, &["max <= 0: no degree keeps this"]);
-    desk.ends(3, "sweep stone.obj -l 2..6 -o out --tolerance flip=0.1");
+    let says = ["--tolerance flip <= 0.1", "a scene with a camera", "`--scene`"];
+    desk.refused("sweep stone.obj -l 2..6 -o out --tolerance flip=0.1", &says);
     let said = desk.ends(2, "sweep stone.obj -l 2 -o out --tolerance size=1");
     assert_says(&said.err, &["no limit of this name: use one of rms, max"]);
 }
@@ -213,6 +228,11 @@ fn bad_input_says_what_and_where() {
     desk.put("other.obj", cube(1.0));
     let says = ["room.toml", "no [objects.NAME.sh] whose file is other.obj, only stone.obj"];
     desk.refused("sweep other.obj -l 2 -o out --scene room.toml", &says);
+    // A scene that reads the file otherwise would show another size.
+    let inches = [ROOM, LAMP, BODY].concat().replace("degree = 9", "degree = 9\nunit = \"in\"");
+    desk.put("inches.toml", inches);
+    let says = ["[objects.body.sh] reads its file with unit = \"in\"", "`--unit in`"];
+    desk.refused("sweep stone.obj -l 2 -o out --scene inches.toml", &says);
     for words in [
         "sweep stone.obj -l 5..2 -o out",
         "sweep stone.obj -l= -o out",

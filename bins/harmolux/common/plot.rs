@@ -9,9 +9,6 @@ use harmolux::{Error, Result};
 
 use crate::common::say;
 
-/// The faces of a mesh that a page shows at most; one with more is thinned.
-pub(crate) const PAGE_FACES: usize = 60_000;
-
 /// The size of a terminal that does not tell its own.
 const TERMINAL: [usize; 2] = [100, 30];
 

@@ -4,7 +4,7 @@
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use harmolux::error::presented;
@@ -23,7 +23,8 @@ static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
 /// Shows the progress of a run until it is finished or dropped.
 pub(crate) struct Meter {
-    started: Instant,
+    /// When things were first counted, and how many were done then.
+    first: OnceLock<(Instant, usize)>,
     bar: Option<ProgressBar>,
     now: Arc<Mutex<Now>>,
     /// Its end ends the plain lines.
@@ -49,7 +50,7 @@ impl Meter {
             bar.enable_steady_tick(TURNS_EVERY);
             keep(Some(bar.clone()));
         }
-        Self { started: Instant::now(), bar, now, _lines: lines }
+        Self { first: OnceLock::new(), bar, now, _lines: lines }
     }
 
     /// Shows that other work begins, which says nothing of its length.
@@ -63,9 +64,10 @@ impl Meter {
     /// Shows how many things are done of all.
     pub(crate) fn count(&self, done: usize, all: usize, last: &str) {
         let share = done as f64 / all.max(1) as f64;
-        let elapsed = self.started.elapsed().as_secs_f64();
-        let left = if elapsed > 1.0 && done > 0 && done < all {
-            let left = elapsed * (1.0 - share) / share;
+        let (since, before) = *self.first.get_or_init(|| (Instant::now(), done));
+        let elapsed = since.elapsed().as_secs_f64();
+        let left = if elapsed > 1.0 && before < done && done < all {
+            let left = elapsed * (all - done) as f64 / (done - before) as f64;
             format!(", about {} left", clock(left))
         } else {
             String::new()
@@ -195,7 +197,7 @@ mod tests {
     fn names_do_not_steer_the_terminal() {
         let bar = ProgressBar::hidden();
         let now = Arc::new(Mutex::new(Now::Share(0.0, String::new())));
-        let meter = Meter { started: Instant::now(), bar: Some(bar.clone()), now, _lines: None };
+        let meter = Meter { first: OnceLock::new(), bar: Some(bar.clone()), now, _lines: None };
         meter.stage("fitting a\x1b[2J\n.obj");
         assert_eq!(bar.message(), r"fitting a\u{1b}[2J\n.obj");
         meter.count(1, 2, "b\x1b[2J.obj");

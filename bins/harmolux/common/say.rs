@@ -6,7 +6,7 @@ use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 use glam::DVec3;
 use harmolux::Error;
-use harmolux::error::{abridged, presented, shown_lines};
+use harmolux::error::{abridged, presented, shown, shown_lines};
 use harmolux::math::{EulerAngles, Rotation};
 use harmolux::sh::Convention;
 use serde_json::Value;
@@ -144,6 +144,11 @@ pub(crate) fn bytes(n: usize) -> String {
         grouped.push(digit);
     }
     format!("{grouped} B")
+}
+
+/// Writes a unit of a file as it is printed: cd/m\u{b2}.
+pub(crate) fn unit(unit: &str) -> String {
+    shown(unit).replace("m2", "m\u{b2}")
 }
 
 /// Writes a point, metres.

@@ -1,6 +1,7 @@
 //! Scenes as several verbs read them.
 
 use std::collections::HashSet;
+use std::path::Path;
 use std::sync::Arc;
 
 use harmolux::Result;
@@ -9,15 +10,14 @@ use harmolux::io::scene_file::{SceneFile, StopSpec, split_override};
 use harmolux::scene::Camera;
 use harmolux::study::{FittedObject, Loaded, LoadingStage, Preparation, load_for_camera};
 
-use crate::common::flags::SceneArguments;
 use crate::common::progress::Meter;
 use crate::common::say;
 
 /// Reads a scene with the overrides of the command line.
-pub(crate) fn read_scene(common: &SceneArguments) -> Result<SceneFile> {
+pub(crate) fn read_scene(path: &Path, define: &[String]) -> Result<SceneFile> {
     let overrides: Vec<(&str, &str)> =
-        common.define.iter().map(|text| split_override(text)).collect::<Result<_>>()?;
-    SceneFile::read(&common.scene, &overrides)
+        define.iter().map(|text| split_override(text)).collect::<Result<_>>()?;
+    SceneFile::read(path, &overrides)
 }
 
 /// Builds the scene, for a picture if a camera is given, shows what it is at and says what was

@@ -186,7 +186,7 @@ impl Shown {
             (None, Some(Attribute::Text(unit))) => unit.clone(),
             _ => String::new(),
         };
-        let unit = written(&unit);
+        let unit = say::unit(&unit);
         let scale = verb.scale.wish().fitted(&values, COVER)?;
         let (width, height) = (exr.width(), exr.height());
         let picture = FalseColour {
@@ -208,7 +208,7 @@ impl Shown {
         let values: Vec<f64> = group.values.iter().flatten().copied().collect();
         let scale = verb.scale.wish().tight().fitted(&values, 1.0)?;
         let unit = if column.ends_with("_lx") { "lx" } else { "" };
-        let unit = written(verb.label.as_deref().unwrap_or(unit));
+        let unit = say::unit(verb.label.as_deref().unwrap_or(unit));
         let hidden = group.values.len() - values.len();
         let behind =
             if hidden == 0 { String::new() } else { format!(", {hidden} behind an object") };
@@ -358,9 +358,4 @@ fn channel(verb: &Falsecolor, exr: &Exr) -> Result<Vec<f64>> {
 /// Writes a coordinate to a tenth of a millimetre.
 fn coordinate(x: f64) -> String {
     format!("{}", (x * 1e4).round() / 1e4 + 0.0)
-}
-
-/// Writes a unit as it is printed: cd/m\u{b2}.
-fn written(unit: &str) -> String {
-    shown(unit).replace("m2", "m\u{b2}")
 }

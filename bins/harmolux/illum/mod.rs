@@ -82,7 +82,7 @@ pub(crate) fn run(verb: &Illum, as_json: bool) -> Result<Code> {
             "--plot draws for people and --json writes for machines; take one of them".into(),
         ));
     }
-    let mut file = read_scene(&verb.common)?;
+    let mut file = read_scene(&verb.common.scene, &verb.common.define)?;
     file.illum.estimator = verb.estimator.unwrap_or(file.illum.estimator);
     let mut table = columns();
     check_plots(verb, &file)?;

@@ -113,7 +113,7 @@ const ERROR: &str = "relative error of 95 % of the pixels";
 
 /// Runs the verb.
 pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
-    let file = with_options(read_scene(&verb.common)?, verb)?;
+    let file = with_options(read_scene(&verb.common.scene, &verb.common.define)?, verb)?;
     let camera = framed(camera(&file)?, &file, verb)?;
     let mut outputs = open_outputs(verb)?;
     let place = Place::open(verb, &outputs)?;

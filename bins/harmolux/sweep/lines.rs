@@ -66,9 +66,8 @@ impl<'a> Run<'a> {
         let degrees = || verb.degrees.0.iter().map(|degree| Some(*degree));
         let first = std::iter::once((Rendition::Original, None));
         let series = degrees().map(|degree| (Rendition::Series, degree));
-        let has_rivals = matches!(original, Original::Mesh(..));
-        let rivals = degrees().map(|degree| (Rendition::Decimated, degree));
-        let rivals = rivals.filter(|_| has_rivals);
+        let rivals = original.rivalled(&verb.degrees.0).into_iter();
+        let rivals = rivals.map(|degree| (Rendition::Decimated, Some(degree)));
         let mut lines = Vec::new();
         for (rendition, degree) in first.chain(series).chain(rivals) {
             let row = SweepRow::new(rendition, degree);
@@ -166,7 +165,6 @@ impl<'a> Run<'a> {
 
     fn original(&self, swept: &Swept, lit: Option<&Lit>) -> Result<Vec<Cell>> {
         let mut row = swept.measure_original()?;
-        row.degree = None;
         let Some(Lit { light, exposure }) = lit else { return self.keep(&row, || Ok(())) };
         light.measure_original(&mut row);
         let write = |picture| self.write_picture(None, picture, *exposure);
@@ -209,7 +207,7 @@ fn check(path: &Path, force: bool) -> Result<()> {
 pub(super) fn report_name(row: &SweepRow) -> String {
     match (row.rendition, row.degree) {
         (Rendition::Series, Some(degree)) => format!("degree {degree}"),
-        (Rendition::Decimated, Some(degree)) => format!("mesh of as many bytes as {degree}"),
+        (Rendition::Decimated, Some(degree)) => format!("mesh as degree {degree}"),
         _ => "original".to_owned(),
     }
 }

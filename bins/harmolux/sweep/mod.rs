@@ -4,13 +4,14 @@ mod lines;
 mod pages;
 mod report;
 
-use std::path::{Path, PathBuf};
+use std::fmt::Write;
+use std::path::PathBuf;
 
 use clap::Args;
 use harmolux::error::shown_path;
 use harmolux::fit::Shape;
-use harmolux::io::input::{FilesRead, Input};
-use harmolux::io::scene_file::{SceneFile, split_override};
+use harmolux::io::input::FilesRead;
+use harmolux::io::scene_file::{ObjectSpec, SceneFile};
 use harmolux::study::{Light, LightSettings, Original, Sweep as Swept, SweepLimit, SweepRow};
 use harmolux::{Error, Result};
 
@@ -21,7 +22,9 @@ use crate::common::flags::{FitHabits, MeshHabits, SeriesHabits};
 use crate::common::folders::within;
 use crate::common::growing::{GrowingTable, KEY, key};
 use crate::common::idle;
+use crate::common::inputs::files;
 use crate::common::progress::Meter;
+use crate::common::scenes::read_scene;
 use crate::common::subject::Read;
 use crate::common::values::{Degrees, degrees, size};
 
@@ -66,12 +69,12 @@ pub(crate) struct Sweep {
     /// The number of pixels of the pictures [default: the camera's, 200 columns at most]
     #[arg(long, value_name = "WxH", value_parser = size, requires = "scene")]
     pub(crate) size: Option<[u32; 2]>,
-    /// The eye rays of each pixel [default: 16]
+    /// The eye rays of each pixel
     #[arg(
-        long, value_name = "N", requires = "scene",
+        long, value_name = "N", default_value_t = 16, requires = "scene",
         value_parser = clap::value_parser!(u32).range(2..=65_536)
     )]
-    pub(crate) samples: Option<u32>,
+    pub(crate) samples: u32,
     #[command(flatten)]
     pub(crate) shaping: FitHabits,
     #[command(flatten)]
@@ -90,28 +93,28 @@ pub(crate) fn run(verb: &Sweep, as_json: bool) -> Result<Code> {
 
 fn measure(verb: &Sweep, as_json: bool) -> Result<Code> {
     let meter = Meter::start("reading the shape");
+    let scene = verb.scene.as_deref().map(|path| read_scene(path, &verb.define)).transpose()?;
+    report::check_limits(verb, scene.as_ref())?;
     let path = verb.output.join("sweep.csv");
     let table = GrowingTable::open(&path, SweepRow::table(&[KEY]), verb.force)?;
     let (original, files) = original(verb)?;
-    let scene = verb.scene.as_deref().map(|path| scene(verb, path)).transpose()?;
     let said = (&verb.habits, &verb.shaping, &verb.series);
-    let in_scene = scene.as_ref().map(|(_, key)| (key, &verb.define, verb.size, verb.samples));
+    let in_scene = scene.as_ref().map(scene_key).transpose()?;
+    let in_scene = in_scene.map(|scene| (scene, verb.size, verb.samples));
     let key = key(&files, &(said, in_scene));
-    report::check_limits(verb, scene.is_some())?;
     let outputs = pages::Outputs::open(verb)?;
-    let scene = scene.map(|(scene, _)| scene);
     let mut run = Run::new(verb, table, key, &original, scene)?;
     if run.is_complete() {
         meter.stage("reading what is there");
     } else {
         meter.stage("making the shape ready");
-        let swept = Swept::new(original.clone(), verb.shaping.settings(0));
+        let swept = Swept::new(&original, verb.shaping.settings(0));
         let swept = swept.map_err(|e| about(&verb.shape, e))?;
         run.measure(&swept, &meter)?;
     }
     meter.stage("drawing");
     let (table, rows) = run.finish()?;
-    let answers = report::answers(&verb.tolerance, &rows)?;
+    let answers = report::answers(&verb.tolerance, &rows);
     outputs.write(verb, &original, (&table, &rows), &answers)?;
     drop(meter);
     report::print(verb, &table, &rows, &answers, as_json)?;
@@ -148,25 +151,24 @@ fn check_degrees(verb: &Sweep, shape: &Shape) -> Result<()> {
     }
 }
 
-/// Reads a scene, and says what it is as a fingerprint.
-fn scene(verb: &Sweep, path: &Path) -> Result<(SceneFile, String)> {
-    let bytes = Input::open_file(path)?.finish()?;
-    let overrides: Vec<(&str, &str)> =
-        verb.define.iter().map(|text| split_override(text)).collect::<Result<_>>()?;
-    Ok((SceneFile::read(path, &overrides)?, bytes.file.to_string()))
+/// Returns what tells a scene from another: all that it says, overrides too, and its files.
+fn scene_key(scene: &SceneFile) -> Result<String> {
+    let mut key = format!("{:?}", scene.source.values(&[]));
+    for file in scene.objects.values().filter_map(ObjectSpec::file) {
+        let read = files(&file.resolved)?;
+        let _ = write!(key, " {}", read.file);
+    }
+    Ok(key)
 }
 
 /// Makes the scene ready, its original looked at.
 fn light(verb: &Sweep, scene: SceneFile, original: &Original) -> Result<Light> {
     let settings = LightSettings {
         size: verb.size,
-        samples: verb.samples.unwrap_or(SAMPLES),
+        samples: verb.samples,
         unit: verb.habits.unit,
         up: verb.habits.up,
     };
     let path = verb.scene.as_deref().unwrap_or(&verb.shape);
     Light::new(scene, &verb.shape, original, settings).map_err(|e| about(path, e))
 }
-
-/// The eye rays of a pixel when nothing is said.
-const SAMPLES: u32 = 16;

@@ -7,17 +7,14 @@ use harmolux::io::input::Input;
 use harmolux::io::output::{Kind, Output, Stage};
 use harmolux::io::tables::Table;
 use harmolux::plots::Figure;
-use harmolux::study::{Column, Original, Page, SweepRow, sweep_figures, thinned};
+use harmolux::study::{Column, Original, Page, SWEEP_FIGURES, SweepRow, sweep_figures};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::report::{self, Answer};
 use super::{Sweep, lines};
-use crate::common::plot::{PAGE_FACES, PlotFormat};
+use crate::common::plot::PlotFormat;
 use crate::common::target::write_all;
-
-/// The names of the plots.
-const PLOTS: [&str; 4] = ["error_bytes", "error_degree", "time_degree", "spectrum"];
 
 /// The files that a sweep draws.
 pub(super) struct Outputs {
@@ -34,7 +31,7 @@ impl Outputs {
         let plot = |name: &str| {
             Ok([open(format!("{name}.svg"), &Kind::SVG)?, open(format!("{name}.png"), &Kind::PNG)?])
         };
-        let plots = PLOTS.into_iter().map(plot).collect::<Result<_>>()?;
+        let plots = SWEEP_FIGURES.into_iter().map(plot).collect::<Result<_>>()?;
         Ok(Self { plots, page: open("index.html".to_owned(), &Kind::HTML)? })
     }
 
@@ -46,12 +43,15 @@ impl Outputs {
         (table, rows): (&Table, &[SweepRow]),
         answers: &[Answer],
     ) -> Result<()> {
-        let last = verb.degrees.0.last().copied().unwrap_or_default();
-        let options = ReadOptions::default();
-        let highest = coefficients::read(&lines::coefficients(verb, last), &options)?;
-        let series = match original {
-            Original::Mesh(..) => &highest,
-            Original::Series(shape) => shape,
+        let highest;
+        let (series, mesh) = match original {
+            Original::Mesh(mesh, _) => {
+                let last = verb.degrees.0.last().copied().unwrap_or_default();
+                let path = lines::coefficients(verb, last);
+                highest = coefficients::read(&path, &ReadOptions::default())?;
+                (&highest, Some(mesh))
+            }
+            Original::Series(shape) => (shape, None),
         };
         let figures = sweep_figures(rows, &series.coefficients);
         let mut page = Page::new(lines::stem(verb));
@@ -59,23 +59,18 @@ impl Outputs {
         let (svgs, pngs): (Vec<_>, Vec<_>) =
             self.plots.into_iter().map(|[svg, png]| (svg, png)).unzip();
         // One after the other: kuva numbers what it draws.
-        for ((name, figure), svg) in figures.iter().zip(svgs) {
-            debug_assert!(PLOTS.contains(name), "a plot without a file");
-            page.plot(&figure.title, &figure.to_svg()?);
-            written.push(PlotFormat::Svg.write(figure, svg, Stage::Complete));
+        for (figure, svg) in figures.iter().zip(svgs) {
+            let drawn = figure.to_svg()?;
+            page.plot(&figure.title, &drawn);
+            written.push(svg.write(drawn.as_bytes()));
         }
-        let draw = |((_, figure), png): (&(_, Figure), Output)| {
-            PlotFormat::Png.write(figure, png, Stage::Complete)
-        };
+        let draw =
+            |(figure, png): (&Figure, Output)| PlotFormat::Png.write(figure, png, Stage::Complete);
         written.par_extend(figures.par_iter().zip(pngs).map(draw));
-        match original {
-            Original::Mesh(mesh, _) => {
-                let faces = mesh.triangles().len();
-                page.shape(&lines::stem(verb), series, Some((&thinned(mesh, PAGE_FACES)?, faces)));
-            }
-            Original::Series(_) => page.shape(&lines::stem(verb), series, None),
+        page.shape(&lines::stem(verb), series, mesh)?;
+        if rows.iter().any(|row| !row[Column::Flip].is_nan()) {
+            add_pictures(&mut page, verb)?;
         }
-        add_pictures(&mut page, verb)?;
         page.table(columns(rows), report::json(table)?["rows"].take());
         page.answers(answers.iter().map(Answer::value).collect());
         written.push(self.page.write(page.to_html().as_bytes()));
@@ -85,16 +80,9 @@ impl Outputs {
 
 /// Adds the pictures that stand in the folder.
 fn add_pictures(page: &mut Page, verb: &Sweep) -> Result<()> {
-    if verb.scene.is_none() {
-        return Ok(());
-    }
     let read = |degree| Input::open_file(&lines::picture(verb, degree))?.rest();
-    let Ok(original) = read(None) else { return Ok(()) };
-    page.picture(None, &original, &original)?;
-    for degree in &verb.degrees.0 {
-        page.picture(Some(*degree), &read(Some(*degree))?, &original)?;
-    }
-    Ok(())
+    page.original(&read(None)?)?;
+    verb.degrees.0.iter().try_for_each(|l| page.picture(*l, &read(Some(*l))?))
 }
 
 /// Describes the columns in which anything is known.

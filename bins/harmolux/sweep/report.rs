@@ -1,8 +1,9 @@
 //! What a sweep prints.
 
 use harmolux::error::shown_path;
+use harmolux::io::scene_file::SceneFile;
 use harmolux::io::tables::Table;
-use harmolux::study::{Column, Rendition, SweepLimit, SweepRow};
+use harmolux::study::{Column, SweepLimit, SweepRow};
 use harmolux::{Error, Result};
 use serde_json::{Value, json};
 
@@ -30,26 +31,26 @@ impl Answer {
     }
 }
 
-/// Rejects limits of light without a scene, before anything is measured.
-pub(super) fn check_limits(verb: &Sweep, has_scene: bool) -> Result<()> {
-    match verb.tolerance.iter().find(|limit| limit.is_of_light() && !has_scene) {
-        Some(limit) => Err(Error::Parameter(format!(
-            "--tolerance {limit}: this is a limit of light: name a scene with `--scene`"
+/// Rejects limits of what the scene does not show, before anything is measured.
+pub(super) fn check_limits(verb: &Sweep, scene: Option<&SceneFile>) -> Result<()> {
+    let missing = |limit: &SweepLimit| match limit.column {
+        Column::RelMse | Column::Flip if scene.is_none_or(|s| s.cameras.is_empty()) => "a camera",
+        Column::LuxMax if scene.is_none_or(|s| s.sensors.is_empty()) => "sensors",
+        _ => "",
+    };
+    let found = verb.tolerance.iter().map(|limit| (limit, missing(limit)));
+    match found.into_iter().find(|(_, missing)| !missing.is_empty()) {
+        Some((limit, missing)) => Err(Error::Parameter(format!(
+            "--tolerance {limit}: name a scene with {missing} with `--scene`"
         ))),
         None => Ok(()),
     }
 }
 
 /// Finds the smallest degree for each limit.
-pub(super) fn answers(limits: &[SweepLimit], rows: &[SweepRow]) -> Result<Vec<Answer>> {
-    let answer = |limit: &SweepLimit| {
-        if !limit.is_known(rows) {
-            return Err(Error::Parameter(format!(
-                "--tolerance {limit}: this was not measured: the scene has no camera, or no sensors"
-            )));
-        }
-        Ok(Answer { limit: limit.to_string(), row: limit.answer(rows).cloned() })
-    };
+pub(super) fn answers(limits: &[SweepLimit], rows: &[SweepRow]) -> Vec<Answer> {
+    let answer =
+        |limit: &SweepLimit| Answer { limit: limit.to_string(), row: limit.answer(rows).cloned() };
     limits.iter().map(answer).collect()
 }
 
@@ -121,12 +122,8 @@ fn text(rows: &[SweepRow]) -> String {
         std::iter::once("shape").chain(shown.iter().map(|(name, _)| *name)).collect();
     let mut table = say::table(&header);
     for row in rows {
-        let name = match (row.rendition, row.degree) {
-            (Rendition::Decimated, Some(degree)) => format!("mesh as {degree}"),
-            _ => report_name(row),
-        };
         let cells = shown.iter().map(|(_, column)| cell(*column, row[*column]));
-        table.add_row(std::iter::once(name).chain(cells));
+        table.add_row(std::iter::once(report_name(row)).chain(cells));
     }
     table.to_string()
 }

@@ -159,8 +159,6 @@ function listenToControls() {
 
 function start() {
   byId('title').textContent = data.title;
-  byId('note').textContent = data.note ?? '';
-  byId('note').hidden = !data.note;
   byId('software').textContent = data.software;
   byId('legend-bar').style.background = `linear-gradient(to right, ${ERROR_COLOURS.join(', ')})`;
   byId('chooser').hidden = shapes.length < 2;

@@ -16,7 +16,7 @@ use crate::io::output::SOFTWARE;
 use crate::mesh::Mesh;
 use crate::{Error, Result};
 
-use super::sweep::numbers_in_f32;
+use super::sweep::{numbers_in_f32, thinned};
 
 const HTML: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
@@ -35,6 +35,9 @@ const SCRIPT: &str = concat!(
     include_str!("controls.js"),
 );
 
+/// The faces that a page shows at most.
+const MOST_FACES: usize = 60_000;
+
 /// The quality of pictures, of 100.
 const QUALITY: u8 = 88;
 
@@ -43,6 +46,7 @@ const QUALITY: u8 = 88;
 pub struct Page {
     title: String,
     shapes: Vec<Value>,
+    original: Option<RgbImage>,
     pictures: Vec<Value>,
     plots: Vec<Value>,
     more: Value,
@@ -51,43 +55,50 @@ pub struct Page {
 impl Page {
     /// Starts a page.
     pub fn new(title: impl Into<String>) -> Self {
-        let more = json!({ "columns": [], "rows": [], "answers": [], "note": null });
-        Self { title: title.into(), shapes: vec![], pictures: vec![], plots: vec![], more }
+        let more = json!({ "columns": [], "rows": [], "answers": [] });
+        let [shapes, pictures, plots] = [(); 3].map(|()| Vec::new());
+        Self { title: title.into(), shapes, original: None, pictures, plots, more }
     }
 
-    /// Says something of the whole.
-    pub fn note(&mut self, note: &str) {
-        self.more["note"] = note.into();
-    }
-
-    /// Adds a shape under a name, and the mesh that stands beside it, in the same axes, metres;
-    /// `faces` are those of the mesh that it was thinned from, its own where it was not.
-    pub fn shape(&mut self, name: &str, shape: &Shape, mesh: Option<(&Mesh, usize)>) {
+    /// Adds a shape under a name, and the mesh that stands beside it, in the same axes, metres; one
+    /// of more than 60 000 faces is thinned, and the page says so.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] for more than is free.
+    pub fn shape(&mut self, name: &str, shape: &Shape, mesh: Option<&Mesh>) -> Result<()> {
         self.shapes.push(json!({
             "name": name,
             "source": shape.source.as_ref().map(|source| &source.name),
             "centre": shape.centre.to_array(),
             "lmax": shape.coefficients.lmax(),
             "coefficients": STANDARD.encode(numbers_in_f32(shape)),
-            "mesh": mesh.map(|(mesh, faces)| mesh_value(mesh, faces)),
+            "mesh": mesh.map(mesh_value).transpose()?,
         }));
+        Ok(())
     }
 
-    /// Adds a picture, an encoded image, of a degree or of the original, and its difference from
-    /// that of the original.
+    /// Sets the picture of the original, an encoded image, with which others are compared.
+    ///
+    /// # Errors
+    /// As [`Page::picture`].
+    pub fn original(&mut self, image: &[u8]) -> Result<()> {
+        let original = decoded(image)?;
+        self.pictures.push(json!({ "degree": null, "picture": jpeg(&original)? }));
+        self.original = Some(original);
+        Ok(())
+    }
+
+    /// Adds the picture of a degree, an encoded image, and its difference from that of the original.
     ///
     /// # Errors
     /// [`Error::Numeric`] with the complaint of the decoder or the encoder.
-    pub fn picture(&mut self, degree: Option<usize>, image: &[u8], of: &[u8]) -> Result<()> {
-        let [own, other] = [image, of].map(|bytes| {
-            image::load_from_memory(bytes).map(DynamicImage::into_rgb8).map_err(|e| failed(&e))
-        });
-        let (own, other) = (own?, other?);
-        let difference = degree.map(|_| difference(&own, &other));
+    pub fn picture(&mut self, degree: usize, image: &[u8]) -> Result<()> {
+        let own = decoded(image)?;
+        let difference = self.original.as_ref().map(|other| jpeg(&difference(&own, other)));
         self.pictures.push(json!({
             "degree": degree,
             "picture": jpeg(&own)?,
-            "difference": difference.map(|picture| jpeg(&picture)).transpose()?,
+            "difference": difference.transpose()?,
         }));
         Ok(())
     }
@@ -146,8 +157,14 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Takes positions as steps of a 65535th of the box.
-fn mesh_value(mesh: &Mesh, faces: usize) -> Value {
+fn decoded(image: &[u8]) -> Result<RgbImage> {
+    image::load_from_memory(image).map(DynamicImage::into_rgb8).map_err(|e| failed(&e))
+}
+
+/// Takes positions as steps of a 65535th of the box, of a mesh that is not too fine for a page.
+fn mesh_value(mesh: &Mesh) -> Result<Value> {
+    let faces = mesh.triangles().len();
+    let mesh = thinned(mesh, MOST_FACES)?;
     let bounds = mesh.bounds();
     let step = (bounds.max - bounds.min) / 65535.0;
     let steps = |p: &DVec3| {
@@ -156,13 +173,13 @@ fn mesh_value(mesh: &Mesh, faces: usize) -> Value {
     };
     let positions = mesh.positions().iter().flat_map(steps).flat_map(u16::to_le_bytes);
     let corners = mesh.triangles().as_flattened().iter().flat_map(|v| v.to_le_bytes());
-    json!({
+    Ok(json!({
         "min": bounds.min.to_array(),
         "max": bounds.max.to_array(),
         "positions": STANDARD.encode(positions.collect::<Vec<u8>>()),
         "faces": STANDARD.encode(corners.collect::<Vec<u8>>()),
         "faces_of_original": faces,
-    })
+    }))
 }
 
 fn jpeg(picture: &RgbImage) -> Result<String> {
@@ -199,7 +216,7 @@ mod tests {
         let name = "</script><script>alert(1)</script>";
         let mut page = Page::new(name);
         let cube = shapes::cube();
-        page.shape(name, &Shape::new(ball), Some((&cube, 12)));
+        page.shape(name, &Shape::new(ball), Some(&cube)).expect("a small mesh");
         page.plot(name, "<svg></svg>");
         let html = page.to_html();
         assert!(!html.contains(name) && !html.contains("<script>alert"));
@@ -215,10 +232,10 @@ mod tests {
             crate::io::images::encode_png(2, 1, &[value, 0, 0, 9, 9, 9]).expect("a picture")
         };
         let mut page = Page::new("a");
-        page.picture(None, &png(10), &png(10)).expect("a picture");
-        page.picture(Some(3), &png(90), &png(10)).expect("a picture");
+        page.original(&png(10)).expect("a picture");
+        page.picture(3, &png(90)).expect("a picture");
         assert!(page.pictures[0]["difference"].is_null());
         assert!(page.pictures[1]["difference"].as_str().is_some_and(|s| s.starts_with("data:")));
-        assert!(page.picture(None, b"no picture", &png(1)).is_err());
+        assert!(page.picture(4, b"no picture").is_err());
     }
 }

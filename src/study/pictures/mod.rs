@@ -85,13 +85,13 @@ pub fn compare_pictures(
     require_same_window(picture, reference)?;
     let (a, b) = (&picture.pixels, &reference.pixels);
     let flip = flip(b, a, picture.size, pixels_per_degree)?;
-    let means = [a, b].map(|p| p.iter().map(|c| c.luminance()).sum::<f64>() / p.len() as f64);
+    let means = [picture, reference].map(mean_luminance);
     let differs = |x: f64, r: f64| (x - r).abs() > joint::ROUNDING * x.abs().max(r.abs());
     let unequal = a.iter().zip(b).filter(|(x, r)| (0..3).any(|c| differs(x.0[c], r.0[c])));
     Ok(PictureComparison {
         size: picture.size,
         means,
-        relative_mse: relative_mse(picture, reference, means[1]),
+        relative_mse: relative_mse(picture, reference),
         flip,
         joint: joint_test(picture, reference),
         unequal: unequal.count(),
@@ -134,8 +134,13 @@ fn require_same_window(a: &Picture, b: &Picture) -> Result<()> {
     Ok(())
 }
 
-fn relative_mse(picture: &Picture, reference: &Picture, mean: f64) -> RelativeMse {
-    let least = DARK * mean * mean;
+fn mean_luminance(picture: &Picture) -> f64 {
+    picture.pixels.iter().map(|c| c.luminance()).sum::<f64>() / picture.pixels.len() as f64
+}
+
+/// Computes the relative mean square error of a picture against one of the same size.
+pub(super) fn relative_mse(picture: &Picture, reference: &Picture) -> RelativeMse {
+    let least = DARK * mean_luminance(reference).powi(2);
     let ratio = |square: f64, r: f64| match r * r + least {
         _ if square == 0.0 => 0.0,
         whole => square / whole,

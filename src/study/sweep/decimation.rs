@@ -182,7 +182,8 @@ impl Decimation {
             if self.has(face, u) {
                 for corner in corners.into_iter().filter(|corner| *corner != v) {
                     self.around[corner as usize].retain(|f| *f != face);
-                    self.left -= usize::from(self.around[corner as usize].is_empty());
+                    let is_left = corner == u || !self.around[corner as usize].is_empty();
+                    self.left -= usize::from(!is_left);
                 }
                 self.triangles[face as usize] = [u32::MAX; 3];
             } else {

@@ -4,28 +4,34 @@ use super::{Column, Rendition, SweepRow};
 use crate::plots::{Axis, Curve, Figure, Style};
 use crate::sh::{Coefficients, Spectrum};
 
-/// Lists the figures of a sweep, each with the name of its file. `series` is the highest degree
-/// that was swept, or the original.
-pub fn sweep_figures(rows: &[SweepRow], series: &Coefficients) -> Vec<(&'static str, Figure)> {
-    vec![
-        ("error_bytes", error_bytes(rows)),
-        ("error_degree", error_degree(rows)),
-        ("time_degree", time_degree(rows)),
-        ("spectrum", spectrum(series, rows)),
-    ]
+/// The names of the figures of a sweep, for files.
+pub const SWEEP_FIGURES: [&str; 4] = ["error_bytes", "error_degree", "time_degree", "spectrum"];
+
+/// Draws the figures of a sweep, in the order of their names. `series` is the highest degree that
+/// was swept, or the original.
+pub fn sweep_figures(rows: &[SweepRow], series: &Coefficients) -> [Figure; 4] {
+    [error_bytes(rows), error_degree(rows), time_degree(rows), spectrum(series, rows)]
 }
 
-/// Joins a value over another, of the lines of one rendition.
-fn points(rows: &[SweepRow], of: Rendition, x: Column, y: Column) -> Vec<[f64; 2]> {
+/// Joins a value over another, of the lines of one rendition; shares as per cent.
+fn points(
+    rows: &[SweepRow],
+    of: Rendition,
+    x: impl Fn(&SweepRow) -> f64,
+    y: Column,
+) -> Vec<[f64; 2]> {
     let own = rows.iter().filter(|row| row.rendition == of);
-    let percent =
-        |column: Column, value: f64| if column.unit() == "%" { 100.0 * value } else { value };
-    let point = |row: &SweepRow| [row[x], percent(y, row[y])];
+    let factor = if y.unit() == "%" { 100.0 } else { 1.0 };
+    let point = |row: &SweepRow| [x(row), factor * row[y]];
     own.map(point).filter(|point| point.iter().all(|v| v.is_finite())).collect()
 }
 
+fn by_degree(rows: &[SweepRow], of: Rendition, y: Column) -> Vec<[f64; 2]> {
+    points(rows, of, |row| row.degree.map_or(f64::NAN, |l| l as f64), y)
+}
+
 fn error_bytes(rows: &[SweepRow]) -> Figure {
-    let rms = |of, bytes| points(rows, of, bytes, Column::RelativeRms);
+    let rms = |of, bytes| points(rows, of, |row| row[bytes], Column::RelativeRms);
     let mut curves = vec![
         Curve::new("decimated mesh, f32", rms(Rendition::Decimated, Column::BytesF32)),
         Curve::new("decimated mesh, quantised", rms(Rendition::Decimated, Column::BytesCompact)),
@@ -55,17 +61,8 @@ fn error_bytes(rows: &[SweepRow]) -> Figure {
     )
 }
 
-fn by_degree(rows: &[SweepRow], of: Rendition, y: Column) -> Vec<[f64; 2]> {
-    let own = rows.iter().filter(|row| row.rendition == of);
-    let point = |row: &SweepRow| Some([row.degree? as f64, row[y]]);
-    own.filter_map(point).filter(|point| point[1].is_finite()).collect()
-}
-
 fn error_degree(rows: &[SweepRow]) -> Figure {
-    let curve = |name, of, column| {
-        let shares = by_degree(rows, of, column).into_iter().map(|[l, share]| [l, 100.0 * share]);
-        Curve::new(name, shares.collect())
-    };
+    let curve = |name, of, column| Curve::new(name, by_degree(rows, of, column));
     let mut curves = vec![
         curve("largest", Rendition::Series, Column::RelativeMax),
         curve("RMS", Rendition::Series, Column::RelativeRms),
@@ -120,8 +117,7 @@ fn spectrum(series: &Coefficients, rows: &[SweepRow]) -> Figure {
     let degrees = spectrum.degrees().iter().skip(1).filter(|degree| degree.amplitude > 0.0);
     let percent = 100.0 / series.mean();
     let own = degrees.map(|d| [d.degree as f64, percent * d.amplitude]).collect();
-    let left_out = by_degree(rows, Rendition::Series, Column::RelativeRms).into_iter();
-    let left_out = left_out.map(|[l, share]| [l, 100.0 * share]).collect();
+    let left_out = by_degree(rows, Rendition::Series, Column::RelativeRms);
     Figure::new(
         "Spectrum",
         [Axis::logarithmic("degree"), Axis::logarithmic("% of the mean radius")],

@@ -21,7 +21,8 @@ use crate::math::Unit;
 use crate::mesh::UpAxis;
 use crate::scene::{Camera, Film, FirstHits, Scene, Sensor};
 use crate::study::{
-    PIXELS_PER_DEGREE, Picture, camera, compare_pictures, image_settings, load, sensor_settings,
+    PIXELS_PER_DEGREE, Picture, camera, compare_pictures, image_settings, load, relative_mse,
+    sensor_settings,
 };
 use crate::{Error, Result};
 
@@ -101,7 +102,7 @@ impl Light {
         settings: LightSettings,
     ) -> Result<Self> {
         let names = objects_of(&scene, path)?;
-        require_same_reading(&scene, &names, settings)?;
+        require_same_reading(&scene, &names, original, settings)?;
         let camera = if scene.cameras.is_empty() { None } else { Some(camera(&scene)?) };
         if camera.is_none() && scene.sensors.is_empty() {
             let text = "the scene has neither a camera nor sensors: there is nothing to compare";
@@ -127,11 +128,6 @@ impl Light {
         light.judge(&other, &mut noise)?;
         light.noise = noise;
         Ok(light)
-    }
-
-    /// Returns the size of the pictures, if any are taken.
-    pub fn size(&self) -> Option<[u32; 2]> {
-        self.camera.map(|camera| camera.resolution())
     }
 
     /// Returns the picture of the original, if any are taken.
@@ -166,7 +162,9 @@ impl Light {
         let seen = self.look(&Stand::series(shape)?, 1, self.time())?;
         self.judge(&seen, row)?;
         self.tell_noise(row);
-        row[Column::RelMse] = (row[Column::RelMse] - self.noise[Column::RelMse]).max(0.0);
+        let beyond = row[Column::RelMse] - self.noise[Column::RelMse];
+        // Unlike `max`, this keeps what is not known.
+        row[Column::RelMse] = beyond.clamp(0.0, f64::INFINITY);
         Ok(seen.shots.map(|shots| shots.picture))
     }
 
@@ -184,11 +182,11 @@ impl Light {
     fn judge(&self, seen: &Seen, row: &mut SweepRow) -> Result<()> {
         let original = &self.original;
         if let (Some(own), Some(other)) = (&seen.shots, &original.shots) {
-            let compare = |picture| compare_pictures(picture, &other.picture, PIXELS_PER_DEGREE);
-            let found = compare(&own.picture)?;
+            let found = compare_pictures(&own.picture, &other.picture, PIXELS_PER_DEGREE)?;
             row[Column::RelMse] = found.relative_mse.luminance;
             row[Column::Flip] = found.flip.mean;
-            row[Column::RelMseEqualTime] = compare(&own.at_equal_time)?.relative_mse.luminance;
+            row[Column::RelMseEqualTime] =
+                relative_mse(&own.at_equal_time, &other.picture).luminance;
             let changed = seen.mask.iter().zip(&original.mask).filter(|(a, b)| a != b).count();
             row[Column::Silhouette] = changed as f64;
             row[Column::Render] = own.time.as_secs_f64();
@@ -277,16 +275,25 @@ fn objects_of(scene: &SceneFile, path: &Path) -> Result<Vec<String>> {
 }
 
 /// Rejects objects whose file the scene reads otherwise: they would have another size.
-fn require_same_reading(scene: &SceneFile, names: &[String], as_read: LightSettings) -> Result<()> {
+fn require_same_reading(
+    scene: &SceneFile,
+    names: &[String],
+    original: &Original,
+    as_read: LightSettings,
+) -> Result<()> {
     let LightSettings { unit, up, .. } = as_read;
     for name in names {
         if let Some(ObjectSpec::Sh(spec)) = scene.objects.get(name)
             && (spec.unit, spec.up) != (unit, up)
         {
+            let help = match original {
+                Original::Mesh(..) => format!("say `--unit {}` and `--up {}`", spec.unit, spec.up),
+                Original::Series(_) => "leave them out of the scene".to_owned(),
+            };
             return Err(Error::Parameter(format!(
                 "[objects.{name}.sh] reads its file with unit = \"{}\" and up = \"{}\", the sweep \
-                 with {unit} and {up}: say the same in both, `--unit {}` and `--up {}`",
-                spec.unit, spec.up, spec.unit, spec.up
+                 with {unit} and {up}: {help}",
+                spec.unit, spec.up
             )));
         }
     }

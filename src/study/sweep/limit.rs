@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::row::{Column, Rendition, SweepRow};
+use crate::math::Unit;
 use crate::{Error, Result};
 
 /// A limit that a degree is to keep.
@@ -38,17 +39,6 @@ impl SweepLimit {
         let series = rows.iter().filter(|row| row.rendition == Rendition::Series);
         series.filter(kept).min_by_key(|row| row.degree)
     }
-
-    /// Whether it takes a scene to know what is limited.
-    pub const fn is_of_light(&self) -> bool {
-        matches!(self.column, Column::RelMse | Column::Flip | Column::LuxMax)
-    }
-
-    /// Whether any line of a series knows what is limited.
-    pub fn is_known(&self, rows: &[SweepRow]) -> bool {
-        let mut series = rows.iter().filter(|row| row.rendition == Rendition::Series);
-        series.any(|row| !row[self.column].is_nan())
-    }
 }
 
 impl fmt::Display for SweepLimit {
@@ -72,13 +62,14 @@ impl FromStr for SweepLimit {
             return Err(wrong(format!("there is no limit of this name: use one of {names}")));
         };
         let value = value.trim();
-        let units: &[(&str, f64)] = match column.unit() {
-            "%" => &[("%", 0.01), ("", 1.0)],
-            "m" => &[("km", 1e3), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("m", 1.0), ("", 1.0)],
-            "deg" => &[("deg", 1.0), ("", 1.0)],
-            _ => &[("", 1.0)],
+        let lengths = Unit::ALL.map(|unit| (unit.name(), unit.metres()));
+        let units = match column.unit() {
+            "%" => &[("%", 0.01)],
+            "m" => &lengths[..],
+            "deg" => &[("deg", 1.0)],
+            _ => &[],
         };
-        let read = units.iter().find_map(|(unit, factor)| {
+        let read = units.iter().chain(&[("", 1.0)]).find_map(|(unit, factor)| {
             let number = value.strip_suffix(unit)?.trim().parse::<f64>().ok()?;
             (number >= 0.0 && number.is_finite()).then_some(number * factor)
         });
@@ -103,7 +94,7 @@ mod tests {
         let limit: SweepLimit = "rms = 0.5%".parse()?;
         assert_eq!(limit.answer(&rows).and_then(|row| row.degree), Some(4));
         assert_eq!("rms=0.001".parse::<SweepLimit>()?.answer(&rows), None);
-        assert!(!"lux=1%".parse::<SweepLimit>()?.is_known(&rows) && limit.is_known(&rows));
+        assert_eq!("lux=1%".parse::<SweepLimit>()?.answer(&rows), None);
         Ok(())
     }
 

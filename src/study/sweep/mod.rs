@@ -11,13 +11,13 @@ mod row;
 mod storage;
 mod timing;
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use rayon::ThreadPool;
 
 #[cfg(feature = "plots")]
-pub use figures::sweep_figures;
+pub use figures::{SWEEP_FIGURES, sweep_figures};
 pub use light::{Light, LightSettings};
 pub use limit::SweepLimit;
 pub use row::{Column, Rendition, SweepRow};
@@ -27,9 +27,10 @@ pub(super) use storage::numbers_in_f32;
 
 use self::decimation::Decimation;
 use self::quantised::quantised;
-use self::timing::{Timer, quartiles};
+use self::timing::Timer;
 use super::{CompareSettings, Comparison, Subject, compare};
-use crate::fit::{Fit, FitSettings, Shape, Source, enclosed, fit, series_bytes};
+use crate::fit::{Centre, Fit, FitSettings, Shape, Source, enclosed, fit, series_bytes};
+use crate::math::stats::quartiles;
 use crate::mesh::Mesh;
 use crate::sh::Solid;
 use crate::surface::{Intersector, MeshSurface, ShSurface, Surface};
@@ -52,11 +53,20 @@ impl Original {
             Self::Series(shape) => Subject::Series(shape),
         }
     }
+
+    /// Returns those of some degrees in whose bytes, f32, there is a decimated mesh: it needs four
+    /// vertices, and fewer than the whole. A series has none.
+    pub fn rivalled(&self, degrees: &[usize]) -> Vec<usize> {
+        let Self::Mesh(mesh, _) = self else { return Vec::new() };
+        let [vertices, _] = mesh.used_size();
+        let fits = |l: &usize| (4..vertices).contains(&storage::vertices_for(series_bytes(*l)));
+        degrees.iter().copied().filter(fits).collect()
+    }
 }
 
 /// A sweep made ready: every line is measured by itself, in any order.
-pub struct Sweep {
-    original: Original,
+pub struct Sweep<'a> {
+    original: &'a Original,
     /// How a mesh is fitted; its degree does not count.
     settings: FitSettings,
     /// The expansion centre of all degrees.
@@ -77,22 +87,23 @@ pub struct Sweep {
 const REPEATS: usize = 3;
 const PATIENCE: f64 = 0.3;
 
-impl Sweep {
+impl<'a> Sweep<'a> {
     /// Makes a sweep ready; a mesh is fitted as `settings` say, whose degree does not count.
     ///
     /// # Errors
     /// As [`fit`] and [`MeshSurface::new`] of a mesh, [`ShSurface::new`] of a series.
-    pub fn new(original: Original, settings: FitSettings) -> Result<Self> {
+    pub fn new(original: &'a Original, mut settings: FitSettings) -> Result<Self> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         let pool = pool.map_err(|e| Error::Numeric(format!("no thread to time on: {e}")))?;
-        let (centre, star, mean_radius) = match &original {
+        let (centre, star, mean_radius) = match original {
             Original::Mesh(mesh, _) => {
                 let ball = fit(mesh, &FitSettings { lmax: 0, ..settings })?;
+                settings.centre = Some(Centre::At(ball.centre));
                 (ball.centre, ball.folds.is_none(), ball.coefficients.mean())
             }
             Original::Series(shape) => (shape.centre, true, shape.coefficients.mean()),
         };
-        let (surface, radius): (Box<dyn Surface>, f64) = match &original {
+        let (surface, radius): (Box<dyn Surface>, f64) = match original {
             Original::Mesh(mesh, _) => {
                 let moved = mesh.translated(-centre);
                 let radius = moved.used_positions().iter().map(|p| p.length()).fold(0.0, f64::max);
@@ -111,7 +122,7 @@ impl Sweep {
 
     /// Returns what is swept.
     pub const fn original(&self) -> &Original {
-        &self.original
+        self.original
     }
 
     /// Measures the original itself.
@@ -119,11 +130,7 @@ impl Sweep {
     /// # Errors
     /// As [`Sweep::new`].
     pub fn measure_original(&self) -> Result<SweepRow> {
-        let degree = match &self.original {
-            Original::Mesh(..) => None,
-            Original::Series(shape) => Some(shape.coefficients.lmax()),
-        };
-        let mut row = SweepRow::new(Rendition::Original, degree);
+        let mut row = SweepRow::new(Rendition::Original, None);
         for column in [
             Column::RelativeRms,
             Column::RelativeMax,
@@ -137,13 +144,10 @@ impl Sweep {
         ] {
             row[column] = 0.0;
         }
-        match &self.original {
+        match self.original {
             Original::Mesh(mesh, _) => {
                 storage::mesh(&mut row, mesh)?;
-                let made = || MeshSurface::new(mesh.translated(-self.centre));
-                let (surface, ms) = self.pool.install(|| timed(made))?;
-                row[Column::BytesTraced] = surface.bytes() as f64;
-                row[Column::Prepare] = ms;
+                self.prepare_mesh(mesh, &mut row)?;
             }
             Original::Series(shape) => {
                 storage::series(&mut row, shape, 0.0)?;
@@ -161,12 +165,12 @@ impl Sweep {
     /// [`Error::Parameter`] for a degree above that of the original series.
     pub fn measure_degree(&self, degree: usize) -> Result<(Shape, SweepRow)> {
         let mut row = SweepRow::new(Rendition::Series, Some(degree));
-        let (shape, rms) = match &self.original {
+        let (shape, rms) = match self.original {
             Original::Mesh(mesh, source) => {
                 let fitted = self.fit(mesh, degree, &mut row)?;
+                row[Column::RelativeRms] = fitted.relative_rms();
+                row[Column::RelativeMax] = fitted.relative_max();
                 let Fit { coefficients, centre, error, .. } = fitted;
-                row[Column::RelativeRms] = error.rms / coefficients.mean();
-                row[Column::RelativeMax] = error.max / coefficients.mean();
                 let source = source.clone();
                 let shape = Shape { centre, source, ..Shape::new(coefficients) };
                 (shape, Some(error.rms))
@@ -185,8 +189,8 @@ impl Sweep {
     ///
     /// # Errors
     /// [`Error::Memory`] for more than is free.
-    pub fn rivals(&self) -> Result<Rivals<'_>> {
-        let decimation = match &self.original {
+    pub fn rivals(&'a self) -> Result<Rivals<'a>> {
+        let decimation = match self.original {
             Original::Mesh(mesh, _) => Some(Decimation::new(mesh, self.centre, self.star)?),
             Original::Series(_) => None,
         };
@@ -196,15 +200,10 @@ impl Sweep {
     /// Fits the mesh, and times that.
     fn fit(&self, mesh: &Mesh, degree: usize, row: &mut SweepRow) -> Result<Fit> {
         let settings = FitSettings { lmax: degree, ..self.settings };
-        let mut times = Vec::new();
-        loop {
-            let fitted = self.pool.install(|| fit(mesh, &settings))?;
-            times.push(1e3 * fitted.projection_time.as_secs_f64());
-            if times.len() >= REPEATS || times.iter().sum::<f64>() > 1e3 * PATIENCE {
-                row[Column::Fit] = quartiles(times)[1];
-                return Ok(fitted);
-            }
-        }
+        let made = || fit(mesh, &settings).map(|fitted| (fitted.projection_time, fitted));
+        let (fitted, ms) = self.pool.install(|| repeated(made))?;
+        row[Column::Fit] = ms;
+        Ok(fitted)
     }
 
     /// Makes a series ready for rays, and times that.
@@ -213,6 +212,14 @@ impl Sweep {
         let (surface, ms) = self.pool.install(|| timed(made))?;
         row[Column::BytesTraced] = surface.patch_bytes() as f64;
         row[Column::Prepare] = ms;
+        Ok(surface)
+    }
+
+    /// Makes a mesh ready for rays, about the centre, and times that.
+    fn prepare_mesh(&self, mesh: &Mesh, row: &mut SweepRow) -> Result<MeshSurface> {
+        let made = || MeshSurface::new(mesh.translated(-self.centre));
+        let (surface, ms) = self.pool.install(|| timed(made))?;
+        (row[Column::BytesTraced], row[Column::Prepare]) = (surface.bytes() as f64, ms);
         Ok(surface)
     }
 
@@ -245,32 +252,28 @@ impl Sweep {
 
 /// A mesh that is decimated to the bytes of series, from the highest degree down.
 pub struct Rivals<'a> {
-    sweep: &'a Sweep,
+    sweep: &'a Sweep<'a>,
     decimation: Option<Decimation>,
 }
 
 impl Rivals<'_> {
-    /// Decimates the mesh to the bytes of the series of a degree, both in f32, and measures what is
-    /// left; `None` of a series, where no mesh is as small, and where the mesh itself takes no
-    /// more. The degrees of calls descend.
+    /// Decimates the mesh to the bytes of the series of a degree, one of [`Original::rivalled`], and
+    /// measures what is left; `None` where not so many edges can be collapsed. The degrees of calls
+    /// descend.
     ///
     /// # Errors
     /// As [`compare`](super::compare()).
     pub fn measure(&mut self, degree: usize) -> Result<Option<SweepRow>> {
         let sweep = self.sweep;
         let target = storage::vertices_for(series_bytes(degree));
-        let Some(decimation) = self.decimation.as_mut().filter(|_| target >= 4) else {
-            return Ok(None);
-        };
+        let Some(decimation) = &mut self.decimation else { return Ok(None) };
         let mesh = decimation.down_to(target)?;
         if mesh.positions().len() > target {
             return Ok(None);
         }
         let mut row = SweepRow::new(Rendition::Decimated, Some(degree));
         storage::mesh(&mut row, &mesh)?;
-        let made = || MeshSurface::new(mesh.translated(-sweep.centre));
-        let (surface, ms) = sweep.pool.install(|| timed(made))?;
-        (row[Column::BytesTraced], row[Column::Prepare]) = (surface.bytes() as f64, ms);
+        let surface = sweep.prepare_mesh(&mesh, &mut row)?;
         sweep.timer.measure(&surface, &*sweep.surface, &mut row);
         sweep.compare(Subject::Mesh(&mesh), &mut row)?;
         let rms = row[Column::RelativeRms] * sweep.mean_radius;
@@ -284,10 +287,8 @@ impl Rivals<'_> {
 }
 
 /// Decimates a mesh to about so many faces, for what shows it; one that has no more stays.
-///
-/// # Errors
-/// As [`Sweep::rivals`].
-pub fn thinned(mesh: &Mesh, faces: usize) -> Result<Mesh> {
+#[cfg(feature = "plots")]
+pub(super) fn thinned(mesh: &Mesh, faces: usize) -> Result<Mesh> {
     if mesh.triangles().len() <= faces {
         return Ok(mesh.clone());
     }
@@ -309,17 +310,24 @@ fn cut(shape: &Shape, degree: usize) -> Result<Shape> {
         return Ok(shape.truncated(degree));
     }
     Err(Error::Parameter(format!(
-        "degree {degree} is above {highest}, that of the file: ask for none above it"
+        "there is no degree above {highest} in the file, as {degree} is: ask for none"
     )))
 }
 
 /// Makes something until its time is known, milliseconds: the median.
 fn timed<T>(make: impl Fn() -> Result<T>) -> Result<(T, f64)> {
+    repeated(|| {
+        let started = Instant::now();
+        make().map(|made| (started.elapsed(), made))
+    })
+}
+
+/// The same where what is made tells its time.
+fn repeated<T>(make: impl Fn() -> Result<(Duration, T)>) -> Result<(T, f64)> {
     let mut times = Vec::new();
     loop {
-        let started = Instant::now();
-        let made = make()?;
-        times.push(1e3 * started.elapsed().as_secs_f64());
+        let (time, made) = make()?;
+        times.push(1e3 * time.as_secs_f64());
         if times.len() >= REPEATS || times.iter().sum::<f64>() > 1e3 * PATIENCE {
             return Ok((made, quartiles(times)[1]));
         }

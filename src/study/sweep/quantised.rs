@@ -2,7 +2,8 @@
 //! plain coder makes of it. Faces are visited one by one across the edge to the last (Rossignac
 //! 1999): one symbol tells whether the third corner is new, or which edge of the border it closes.
 //! A new corner is foretold by the parallelogram over the edge (Touma and Gotsman 1998), and what
-//! it is off by is written. Symbols, offsets and the three coordinates are deflated each by itself.
+//! it is off by is written. Symbols, places elsewhere and the three
+//! coordinates are deflated each by itself.
 
 use std::collections::HashMap;
 use std::io::Write;

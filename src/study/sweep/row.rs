@@ -72,7 +72,7 @@ columns! {
     HausdorffUpper "hausdorff_upper_m" "Hausdorff distance, to" "m" false,
     /// The mean angle between normals at nearest points, degrees.
     NormalMean "normal_mean_deg" "mean angle of normals" "deg" false,
-    /// The angle that 95 % of them stay below, degrees.
+    /// The angle between normals that 95 % of the points stay below, degrees.
     Normal95 "normal_95_deg" "angle of 95 % of the normals" "deg" false,
     /// How much more volume than the original, relative to it.
     VolumeError "volume_error" "error of volume" "%" false,
@@ -86,7 +86,7 @@ columns! {
     BytesF32 "bytes_f32" "in f32" "bytes" true,
     /// Bytes as text: coefficients as pyshtools reads them; a mesh as OBJ.
     BytesText "bytes_text" "as text" "bytes" true,
-    /// Bytes compressed to a fifth of the error: .hxc; a mesh quantised and entropy-coded.
+    /// Bytes compressed to a fifth of the error: .hxc; a mesh quantised and deflated.
     BytesCompact "bytes_compact" "compact" "bytes" true,
     /// Bytes of a mesh as binary STL.
     BytesStl "bytes_stl" "as STL" "bytes" true,
@@ -163,7 +163,7 @@ columns! {
 pub struct SweepRow {
     /// Whose line it is.
     pub rendition: Rendition,
-    /// The degree; of the original series its own, of a mesh none.
+    /// The degree of the series, or of that in whose bytes a mesh is; of the original none.
     pub degree: Option<usize>,
     values: [f64; Column::ALL.len()],
 }

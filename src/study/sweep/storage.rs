@@ -1,7 +1,5 @@
 //! What a shape and its mesh take as files: measured by writing them.
 
-use glam::DVec3;
-
 use super::row::{Column, SweepRow};
 use crate::Result;
 use crate::fit::Shape;
@@ -55,15 +53,24 @@ pub(super) fn mesh(row: &mut SweepRow, mesh: &Mesh) -> Result<()> {
 
 /// Writes vertices, and three indices a face: of two bytes where these reach all vertices.
 fn indexed<const N: usize>(mesh: &Mesh, number: impl Fn(f64) -> [u8; N]) -> Vec<u8> {
-    let positions = mesh.used_positions();
-    let mut bytes: Vec<u8> = positions.iter().flat_map(DVec3::to_array).flat_map(number).collect();
-    let is_short = positions.len() <= 1 << 16;
+    let mut places = vec![u32::MAX; mesh.positions().len()];
+    let mut bytes = Vec::new();
+    let mut count = 0;
     for vertex in mesh.triangles().as_flattened() {
-        if is_short {
-            bytes.extend((*vertex as u16).to_le_bytes());
-        } else {
-            bytes.extend(vertex.to_le_bytes());
+        let place = &mut places[*vertex as usize];
+        if *place == u32::MAX {
+            *place = count;
+            count += 1;
+            bytes.extend(
+                mesh.positions()[*vertex as usize].to_array().into_iter().flat_map(&number),
+            );
         }
+    }
+    let indices = mesh.triangles().as_flattened().iter().map(|vertex| places[*vertex as usize]);
+    if count <= 1 << 16 {
+        bytes.extend(indices.flat_map(|place| (place as u16).to_le_bytes()));
+    } else {
+        bytes.extend(indices.flat_map(u32::to_le_bytes));
     }
     bytes
 }
@@ -73,7 +80,7 @@ fn indexed<const N: usize>(mesh: &Mesh, number: impl Fn(f64) -> [u8; N]) -> Vec<
 pub(super) fn vertices_for(bytes: usize) -> usize {
     // V vertices have 2V - 4 faces.
     let short = (bytes + 24) / 24;
-    if short <= 1 << 16 { short } else { (bytes + 48) / 36 }
+    short.min(1 << 16).max((bytes + 48) / 36)
 }
 
 #[cfg(test)]

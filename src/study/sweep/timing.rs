@@ -7,6 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::row::{Column, SweepRow};
+use crate::math::stats::quartiles;
 use crate::math::{Ray, sampling};
 use crate::surface::{Hit, Surface};
 
@@ -142,26 +143,4 @@ fn per_item(count: usize, work: impl FnOnce()) -> f64 {
     let started = Instant::now();
     work();
     started.elapsed().as_secs_f64() * 1e9 / count.max(1) as f64
-}
-
-/// Returns the first quartile, the median and the third; NaN of nothing.
-pub(super) fn quartiles(values: impl IntoIterator<Item = f64>) -> [f64; 3] {
-    let mut values: Vec<f64> = values.into_iter().collect();
-    values.sort_by(f64::total_cmp);
-    [1, 2, 3].map(|quarter| {
-        let place = quarter * values.len().saturating_sub(1);
-        values.get((place + 2) / 4).copied().unwrap_or(f64::NAN)
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quartiles_of_a_sequence() {
-        assert_eq!(quartiles((1..=21).map(f64::from)), [6.0, 11.0, 16.0]);
-        assert_eq!(quartiles([3.0]), [3.0; 3]);
-        assert!(quartiles([])[1].is_nan());
-    }
 }
