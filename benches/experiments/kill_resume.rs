@@ -2,7 +2,7 @@
 //! compares the pictures with those of runs left alone: to the bit.
 //!
 //! ```text
-//! cargo build --release && cargo run --release --example kill_resume
+//! cargo build --release && cargo run --release --features experiments --example kill_resume
 //! ```
 //!
 //! HUP, INT, TERM and KILL come in random turns. Upon the first three the run saves; KILL loses

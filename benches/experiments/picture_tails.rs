@@ -2,7 +2,7 @@
 //! error is distributed over seeds, against Student's t with 31 degrees of freedom.
 //!
 //! ```text
-//! cargo run --release --example picture_tails [SEEDS [FILE.svg]]
+//! cargo run --release --features experiments --example picture_tails [SEEDS [FILE.svg]]
 //! ```
 //!
 //! Small pictures of two scenes, box filter: SEEDS (64) seeds for the combined estimator, a quarter

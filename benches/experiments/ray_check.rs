@@ -3,9 +3,9 @@
 //! with 1, and prints the rays with all bits, if an answer breaks a rule.
 //!
 //!     # 10^7 rays on the head, 10^5 on each other shape:
-//!     cargo run --release --example ray_check
+//!     cargo run --release --features experiments --example ray_check
 //!     # so many on the head; the others get at most 10^5:
-//!     cargo run --release --example ray_check -- --rays 100000 --seed 2
+//!     cargo run --release --features experiments --example ray_check -- --rays 100000 --seed 2
 
 #[path = "../../tests/common/ray_check/mod.rs"]
 mod ray_check;

@@ -2,7 +2,7 @@
 //! every pixel takes every round.
 //!
 //! ```text
-//! cargo run --release --example resting
+//! cargo run --release --features experiments --example resting
 //! ```
 //!
 //! Both runs are judged after the same stages, by the error that 95 % of the pixels keep. Stages

@@ -3,7 +3,7 @@
 //! which give every value its error, for one sequence of as many points, which gives none, and for
 //! plain random numbers.
 //!
-//!     cargo run --release --example sobolev
+//!     cargo run --release --features experiments --example sobolev
 
 use std::ops::ControlFlow;
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 //! f32, and the compact form with an added RMS error of a fifth, a tenth and a fiftieth of the
 //! truncation error. `docs/compact.md` shows the table of the head.
 //!
-//!     cargo run --release --example storage -- data/head.obj
+//!     cargo run --release --features experiments --example storage -- data/head.obj
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
 //! Times the transform and the evaluation at scattered points, on one thread, one task a line:
-//! `cargo run --release --example transform_speed`.
+//! `cargo run --release --features experiments --example transform_speed`.
 //!
 //! Reads lines `plan|synthesis|analysis|values|jets LMAX` and answers each with the microseconds of
 //! one call (for `values` and `jets`: at 100 000 random directions). So a script can let it take

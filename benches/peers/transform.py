@@ -1,7 +1,7 @@
 """Harmolux beside ducc0 (and SHTns where installed), one thread, taking turns call by call; prints
 medians and the quartiles of the ratio.
 
-    cargo build --release --example transform_speed
+    cargo build --release --features experiments --example transform_speed
     python3 -m venv venv && . venv/bin/activate && pip install numpy ducc0
     # and shtns, which needs FFTW's headers
     OMP_NUM_THREADS=1 python benches/peers/transform.py [target/release/examples/transform_speed]

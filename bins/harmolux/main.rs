@@ -5,19 +5,25 @@
 mod check;
 mod common;
 mod compare;
+mod completions;
 mod convert;
 mod diff;
 mod evaluate;
 mod exact;
 mod falsecolor;
+mod first_page;
 mod fit;
 mod illum;
 mod info;
+mod man;
 mod mean;
 mod mesh;
 mod modes;
+mod new;
 mod probe;
 mod random;
+#[cfg(test)]
+mod reference;
 mod render;
 mod spectrum;
 mod sweep;
@@ -26,13 +32,13 @@ mod view;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use common::{exit, interrupt, resources, say};
 
 /// Spherical-harmonic shapes, and light in rooms by Monte Carlo local estimates.
 #[derive(Debug, Parser)]
-#[command(version, propagate_version = true, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(version, propagate_version = true, subcommand_required = true, after_help = EXIT_CODES)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) verb: Verb,
@@ -54,57 +60,48 @@ pub(crate) struct Arguments {
     pub(crate) json: bool,
 }
 
-const EXAMPLES: &str = "\
-Examples:
-  harmolux render data/scenes/head_room.toml             a picture: head_room.png and head_room.exr
-  harmolux illum data/scenes/head_room.toml              lux at the scene's sensors, each with its \
-                                                         interval
-  harmolux probe data/scenes/head_room.toml < rays.txt   cd/m2 along rays, a line each
-  harmolux exact sobolev                                 light whose answer is known: two planes
-  harmolux falsecolor head_room.exr -o cd.png            cd/m2 in colours, with a legend; lux of \
-                                                         grids
-  harmolux compare new.exr old.exr                       how far two pictures differ: relMSE, FLIP
-  harmolux check data/head.obj                           closed, oriented, star-shaped?
-  harmolux fit data/head.obj -l 32 -o head.txt           a mesh becomes 1089 coefficients
-  harmolux info head.txt                                 what a file holds
-  harmolux convert head.txt head.bshc                    coefficients in another format
-  harmolux sweep data/head.obj -l 4,8,16,32,64 -o out    what each degree costs and buys
-  harmolux view head.txt -o head.html                    a page that shows it at every degree
-  harmolux spectrum head.txt --plot                      how much each degree carries
-  harmolux mesh head.txt -o head.ply                     coefficients become a mesh
-  harmolux evaluate head.txt --at 45,-120                radius and normal in a direction
-  harmolux diff head.txt data/head.obj                   how far two shapes are from each other
-
+const EXIT_CODES: &str = "\
 Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement or target error not \
 met, 130 interrupted (after saving).";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
+    Check(check::Check),
+    Fit(fit::Fit),
+    Info(info::Info),
+    Mesh(mesh::Mesh),
+    Diff(diff::Diff),
+    Spectrum(spectrum::Spectrum),
+    Evaluate(evaluate::Evaluate),
+    Transform(Box<transform::Transform>),
+    Mean(mean::Mean),
+    Modes(modes::Modes),
+    Random(random::Random),
+    Sweep(Box<sweep::Sweep>),
+    View(view::View),
+    New(new::New),
     Render(render::Render),
     Illum(illum::Illum),
     Probe(probe::Probe),
     Exact(exact::Exact),
     Falsecolor(falsecolor::Falsecolor),
     Compare(compare::Compare),
-    Check(check::Check),
-    Fit(fit::Fit),
-    Info(info::Info),
     Convert(convert::Convert),
-    Sweep(Box<sweep::Sweep>),
-    Spectrum(spectrum::Spectrum),
-    Diff(diff::Diff),
-    Mesh(mesh::Mesh),
-    Evaluate(evaluate::Evaluate),
-    Transform(Box<transform::Transform>),
-    Mean(mean::Mean),
-    Modes(modes::Modes),
-    Random(random::Random),
-    View(view::View),
+    Completions(completions::Completions),
+    Man(man::Man),
 }
 
 fn main() -> ExitCode {
     resources::fail_when_memory_is_out();
-    let arguments = Arguments::parse();
+    if std::env::args_os().len() == 1 {
+        say::raw(first_page::TEXT);
+        return ExitCode::SUCCESS;
+    }
+    let matches = first_page::grouped(Arguments::command()).get_matches();
+    let arguments = match Arguments::from_arg_matches(&matches) {
+        Ok(arguments) => arguments,
+        Err(error) => error.exit(),
+    };
     if let Some(bytes) = arguments.max_memory {
         resources::limit_memory(bytes);
     }
@@ -114,26 +111,29 @@ fn main() -> ExitCode {
     }
     interrupt::listen();
     let done = match &arguments.verb {
+        Verb::Check(verb) => check::run(verb, arguments.json),
+        Verb::Fit(verb) => fit::run(verb, arguments.json),
+        Verb::Info(verb) => info::run(verb, arguments.json),
+        Verb::Mesh(verb) => mesh::run(verb, arguments.json),
+        Verb::Diff(verb) => diff::run(verb, arguments.json),
+        Verb::Spectrum(verb) => spectrum::run(verb, arguments.json),
+        Verb::Evaluate(verb) => evaluate::run(verb, arguments.json),
+        Verb::Transform(verb) => transform::run(verb, arguments.json),
+        Verb::Mean(verb) => mean::run(verb, arguments.json),
+        Verb::Modes(verb) => modes::run(verb, arguments.json),
+        Verb::Random(verb) => random::run(verb, arguments.json),
+        Verb::Sweep(verb) => sweep::run(verb, arguments.json),
+        Verb::View(verb) => view::run(verb, arguments.json),
+        Verb::New(verb) => new::run(verb, arguments.json),
         Verb::Render(verb) => render::run(verb, arguments.json),
         Verb::Illum(verb) => illum::run(verb, arguments.json),
         Verb::Probe(verb) => probe::run(verb, arguments.json),
         Verb::Exact(verb) => exact::run(verb, arguments.json),
         Verb::Falsecolor(verb) => falsecolor::run(verb, arguments.json),
         Verb::Compare(verb) => compare::run(verb, arguments.json),
-        Verb::Check(verb) => check::run(verb, arguments.json),
-        Verb::Fit(verb) => fit::run(verb, arguments.json),
-        Verb::Info(verb) => info::run(verb, arguments.json),
         Verb::Convert(verb) => convert::run(verb, arguments.json),
-        Verb::Sweep(verb) => sweep::run(verb, arguments.json),
-        Verb::Spectrum(verb) => spectrum::run(verb, arguments.json),
-        Verb::Diff(verb) => diff::run(verb, arguments.json),
-        Verb::Mesh(verb) => mesh::run(verb, arguments.json),
-        Verb::Evaluate(verb) => evaluate::run(verb, arguments.json),
-        Verb::Transform(verb) => transform::run(verb, arguments.json),
-        Verb::Mean(verb) => mean::run(verb, arguments.json),
-        Verb::Modes(verb) => modes::run(verb, arguments.json),
-        Verb::Random(verb) => random::run(verb, arguments.json),
-        Verb::View(verb) => view::run(verb, arguments.json),
+        Verb::Completions(verb) => completions::run(verb),
+        Verb::Man(verb) => man::run(verb, arguments.json),
     };
     match done {
         Ok(code) => code.into(),
@@ -147,7 +147,6 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn command_line_is_consistent() {

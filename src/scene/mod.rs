@@ -2,6 +2,7 @@
 
 mod brdf;
 mod camera;
+mod display;
 mod film;
 mod filter;
 mod glossy;
@@ -18,6 +19,8 @@ mod world;
 
 pub use brdf::{Brdf, BrdfSample};
 pub use camera::{Camera, FisheyeMapping, Projection, Window};
+pub(crate) use display::ACES;
+pub use display::{Display, Exposure, Tone};
 pub(crate) use film::MAX_STRIDE_LOG2;
 pub use film::{Film, MAX_PIXELS, MIN_RELATIVE_LUMINANCE, SplitLight};
 pub use filter::Filter;

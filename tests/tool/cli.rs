@@ -383,14 +383,12 @@ fn centre_that_does_not_see_all_is_answered_with_one_that_does() {
 // Bad scenes.
 
 #[test]
-fn misspelt_key_is_answered_as_the_readme_shows() {
-    let readme = fs::read_to_string(repository("README.md")).expect("readable");
-    let (_, session) = readme.split_once("$ harmolux illum room.toml\n").expect("the session");
-    let (answer, _) = session.split_once("```").expect("its end");
+fn misspelt_key_is_answered() {
     let desk = Desk::new();
     desk.put("room.toml", "format = 1\n[materials.walls.lambert]\nreflectence = 0.5\n");
-    let output = desk.run(["illum", "room.toml"]);
-    assert_eq!((output.code, output.err.as_str()), (3, answer));
+    let answer = "error: room.toml:3:1: unknown key `reflectence` in [materials.walls.lambert]\n  \
+                  help: did you mean `reflectance`?\n";
+    assert_eq!(desk.ends(3, "illum room.toml").err, answer);
 }
 
 #[test]
@@ -694,19 +692,49 @@ fn reader_that_leaves_early_is_no_failure() {
     assert!(!output.err.contains("panicked"), "{}", output.err);
 }
 
-// The README.
+// First contact.
 
 #[test]
-fn commands_of_the_readme_parse() {
-    let readme = fs::read_to_string(repository("README.md")).expect("readable");
-    let commands: Vec<&str> = readme.lines().filter(|l| l.starts_with("harmolux ")).collect();
-    assert!(commands.len() >= 5, "{commands:?}");
+fn the_tool_alone_says_what_to_try() {
     let desk = Desk::new();
-    for command in commands {
-        let words = command.split('#').next().unwrap_or_default().split_whitespace().skip(1);
-        let output = desk.done(words.chain(["--help"]));
-        assert_says(&output.out, &["Usage: harmolux "]);
+    let page = desk.done("").out;
+    let tried: Vec<&str> = page.lines().filter(|line| line.starts_with("  harmolux ")).collect();
+    assert_eq!(tried.len(), 3, "{page}");
+    assert_says(&page, &["harmolux --help"]);
+    assert_says(&desk.ends(2, "--json").err, &["requires a subcommand"]);
+    let help = desk.done("--help").out;
+    assert_says(&help, &["Shapes:\n", "Light:\n", "Files:\n", "Options:\n", "Exit codes:"]);
+}
+
+#[test]
+fn starter_scenes_are_right_without_a_warning() {
+    let desk = Desk::new();
+    for (name, verb) in
+        [("room", "illum"), ("office", "illum"), ("sobolev", "illum"), ("gallery", "render")]
+    {
+        let scene = format!("{name}.toml");
+        assert_says(&desk.done(format!("new {scene} {name}").as_str()).err, &["written", verb]);
+        let size = if verb == "render" { "--size 32x16 -o a.png -o a.exr --force" } else { "" };
+        let brief = format!("{verb} {scene} --quick -D {verb}.stop={{walks=400}} {size}");
+        let said = desk.done(brief.as_str());
+        assert!(!said.err.contains("warning"), "{name}: {}", said.err);
     }
+    desk.ends(3, "new room.toml");
+    desk.done("new room.toml --force");
+    assert_eq!(desk.json("new other.toml")["written"], "other.toml");
+}
+
+#[test]
+fn shells_and_readers_of_manuals_are_served() {
+    let desk = Desk::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        assert_says(&desk.done(["completions", shell]).out, &["harmolux", "falsecolor", "exposure"]);
+    }
+    let written = desk.json("man -o man")["written"].as_array().expect("a list").len();
+    assert!(written > 20 && desk.path("man/harmolux-render.1").exists());
+    assert_says(&desk.text("man/harmolux.1"), &[".TH harmolux", "falsecolor"]);
+    desk.ends(3, "man -o man");
+    desk.done("man -o man --force");
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! Problems whose answer is known, as a user meets them: `exact`.
 
-use std::fs;
 
 use serde_json::Value;
 
@@ -317,13 +316,4 @@ fn bad_input_is_refused_with_words() {
         assert_says(&said.err, &[words]);
         assert!(said.out.is_empty(), "{arguments}");
     }
-}
-
-#[test]
-fn readme_shows_what_is_printed() {
-    let readme = fs::read_to_string(repository("README.md")).expect("readable");
-    let (_, session) = readme.split_once("$ harmolux exact ").expect("the session");
-    let (arguments, rest) = session.split_once('\n').expect("its command");
-    let (answer, _) = rest.split_once("```").expect("its end");
-    assert_eq!(said(arguments).out, answer);
 }

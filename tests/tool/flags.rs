@@ -67,7 +67,7 @@ const BEFORE: &str = "fit stone.obj -l 3 -o small.hxc; \
 
 /// A value of each flag that has one, another than its default; of one verb, where its flag is
 /// another thing than that of others.
-const VALUES: [(&str, &str); 86] = [
+const VALUES: [(&str, &str); 87] = [
     ("compare --map", "flip"),
     ("compare --tolerance", "flip=0"),
     ("sweep --tolerance", "rms=50%"),
@@ -110,6 +110,7 @@ const VALUES: [(&str, &str); 86] = [
     ("--estimator", "path"),
     ("--euler", "10,20,30"),
     ("--exposure", "0.3"),
+    ("--tone", "filmic"),
     ("--fill-holes", "5"),
     ("--filter", "lanczos"),
     ("--from", "dov"),

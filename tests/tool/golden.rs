@@ -67,7 +67,7 @@ fn every_verb_says_and_writes_what_is_stored() {
     let help = Desk::new().done("--help").out;
     let verbs = help.lines().filter_map(|line| line.strip_prefix("  ")?.split_once("  "));
     for (verb, _) in verbs.filter(|(v, _)| v.chars().all(char::is_alphabetic) && !v.is_empty()) {
-        assert!(cases.contains_key(verb) || ["exact", "help"].contains(&verb), "no case of {verb}");
+        assert!(cases.contains_key(verb) || ["exact", "help", "completions", "man"].contains(&verb), "no case of {verb}");
         cases.insert(format!("help_of_{verb}"), format!("{verb} --help; {verb} -h"));
     }
     let folder = repository("tests/golden");
@@ -242,7 +242,7 @@ fn page(text: &str) -> String {
 }
 
 /// Masks what is not the same from run to run.
-fn masked(text: &str) -> String {
+pub(super) fn masked(text: &str) -> String {
     let (mut all, mut bar, mut columns) = (String::new(), ' ', Vec::new());
     let text = text.replace(env!("CARGO_PKG_VERSION"), "VERSION");
     for line in text.lines().filter(|line| !is_progress(line)) {
@@ -292,7 +292,7 @@ fn is_progress(line: &str) -> bool {
 }
 
 /// Cuts a text into words and numbers in turn, words first and last.
-fn pieces(text: &str) -> Vec<&str> {
+pub(super) fn pieces(text: &str) -> Vec<&str> {
     let byte = |i: usize| text.as_bytes().get(i).copied().unwrap_or(b' ');
     let after_digits = |i| i + text[i..].bytes().take_while(u8::is_ascii_digit).count();
     let (mut all, mut start, mut i) = (Vec::new(), 0, 0);

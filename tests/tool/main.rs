@@ -24,6 +24,8 @@ mod cli_shapes;
 #[cfg(unix)]
 mod cli_signals;
 mod cli_sweep;
+#[cfg(unix)]
+mod documents;
 mod flags;
 mod golden;
 mod memory;

@@ -2,7 +2,7 @@
 //! known, with the stop at a target error switched on, and of lamps of many sizes, with a fixed
 //! number of walks.
 //!
-//!     cargo run --release --example coverage [SEEDS [NAME]]
+//!     cargo run --release --features experiments --example coverage [SEEDS [NAME]]
 //!
 //! Each value must be held 87 times of 100 by its 95 % interval (of 200 seeds a binomial count
 //! falls below with probability 1e-5), all together by 93 to 97 %. Values that one walk alike knows

@@ -1,8 +1,8 @@
 //! Times one way to intersect rays on the rays of a file, so that this library and others answer
 //! the very same ones; makes such files.
 //!
-//!     cargo run --release --example ray_file -- data/head.obj 32 rays.f32 --make chords 100000 1
-//!     cargo run --release --example ray_file -- \
+//!     cargo run --release --features experiments --example ray_file -- data/head.obj 32 rays.f32 --make chords 100000 1
+//!     cargo run --release --features experiments --example ray_file -- \
 //!         data/head.obj 32 rays.f32 hits.f32 --method patches
 //!
 //! Here are the arguments and the report; `rays` reads and writes the files, `kinds` makes rays,

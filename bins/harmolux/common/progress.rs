@@ -84,9 +84,16 @@ impl Meter {
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
+    /// Shows lines above the bar of what follows, in the place of those before.
+    pub(crate) fn above(&self, lines: String) {
+        if let Some(bar) = &self.bar {
+            bar.set_prefix(lines);
+        }
+    }
+
     fn share(&self, share: f64, text: String) {
         if let Some(bar) = &self.bar {
-            bar.set_style(style("[{bar:32}] {percent:>3} %  {msg}"));
+            bar.set_style(style("{prefix}[{bar:32}] {percent:>3} %  {msg}"));
             bar.set_position((1000.0 * share) as u64);
             bar.set_message(presented(&text));
         }

@@ -3,9 +3,11 @@
 mod detail;
 mod foresight;
 mod keep;
+mod preview;
 mod target;
 
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use harmolux::error::shown;
@@ -15,17 +17,18 @@ use harmolux::estimators::{
 use harmolux::fit::{mesh_bytes, series_bytes};
 use harmolux::io::output::Output;
 use harmolux::io::scene_file::{RenderSpec, SceneFile};
-use harmolux::scene::{Camera, Film, Layer, Scene, Window};
+use harmolux::scene::{Camera, Exposure, Film, Layer, Scene, Tone, Window};
 use harmolux::study::{FittedObject, Loaded, camera, check_view, image_settings};
 use harmolux::{Error, Result};
 use serde_json::json;
 
 use self::foresight::Foresight;
 use self::keep::{Kept, Place, finish};
+use self::preview::Preview;
 use self::target::{Image, View, open_outputs};
 use crate::common::about::about;
 use crate::common::exit::Code;
-use crate::common::flags::SceneArguments;
+use crate::common::flags::{SceneArguments, choices};
 use crate::common::progress::{self, Meter};
 use crate::common::scenes::{distinct, load_scene, read_scene, stop};
 use crate::common::surveys::code;
@@ -70,9 +73,16 @@ pub(crate) struct Render {
     /// bottom not included
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
     pub(crate) crop: Option<[u32; 4]>,
-    /// PNG value per cd/m2 [default: 0.18 / geometric mean luminance]
-    #[arg(long, value_name = "FACTOR", value_parser = factor)]
-    pub(crate) exposure: Option<f64>,
+    /// PNG value per cd/m2, or the share of the pixels that stays below white, such as 98%
+    /// [default: 0.18 / geometric mean luminance]
+    #[arg(long, value_name = "FACTOR|PERCENT", value_parser = str::parse::<Exposure>)]
+    pub(crate) exposure: Option<Exposure>,
+    /// What the PNG shows of values near and above white
+    #[arg(long, value_name = "CURVE", value_parser = choices::<Tone>())]
+    pub(crate) tone: Option<Tone>,
+    /// Draw the picture on the terminal while it is rendered
+    #[arg(long)]
+    pub(crate) preview: bool,
     /// The layers of the EXR: all, none, or some of direct,indirect,normal,depth,id,albedo
     /// [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = LAYERS)]
@@ -102,11 +112,8 @@ fn crop(text: &str) -> std::result::Result<[u32; 4], String> {
     Err("empty crop: right must exceed left, and bottom top".to_owned())
 }
 
-/// Reads a value of the command line.
-fn factor(text: &str) -> std::result::Result<f64, String> {
-    let number = text.trim().parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite());
-    number.ok_or_else(|| "write a number above 0, such as 0.02".to_owned())
-}
+/// The least time between two pictures of a preview.
+const PREVIEW_EVERY: Duration = Duration::from_secs(1);
 
 /// What the target of a picture is about.
 const ERROR: &str = "relative error of 95 % of the pixels";
@@ -131,8 +138,19 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let write = |image: Image, output: &mut Output, stage, rendering: &Rendering| {
         image.write(output, stage, rendering, view, &mark)
     };
-    let mut save = |so_far: &Rendering| kept.save(so_far, &mut outputs, &write);
-    let keeper = Checkpointer { every: Kept::every(&file), save: &mut save };
+    let preview = verb.preview.then(|| Preview::new(film.size(), file.render.display())).flatten();
+    let (every, mut saved) = (Kept::every(&file), Instant::now());
+    let mut save = |so_far: &Rendering| {
+        if let Some(preview) = &preview {
+            preview.show(so_far, &meter);
+        }
+        if preview.is_none() || saved.elapsed() >= every {
+            kept.save(so_far, &mut outputs, &write);
+            saved = Instant::now();
+        }
+    };
+    let often = if preview.is_some() { every.min(PREVIEW_EVERY) } else { every };
+    let keeper = Checkpointer { every: often, save: &mut save };
     let foresight = Foresight::new(&settings);
     let watch = |p: &Progress| {
         foresight.look(p);
@@ -147,6 +165,9 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     }
     let written = finish(kept, &mut outputs, &rendering, &write)?;
     drop(meter);
+    if let Some(preview) = &preview {
+        preview.leave(&rendering);
+    }
     warn(&rendering);
     if as_json {
         say::json(&report_json(&loaded, &rendering, settings.stop.relative_error, &written));
@@ -197,7 +218,8 @@ fn with_options(mut file: SceneFile, verb: &Render) -> Result<SceneFile> {
     if let Some([x0, y0, x1, y1]) = verb.crop {
         file.render.crop = Some(Window::new([x0, y0], [x1, y1])?);
     }
-    file.render.exposure = verb.exposure.or(file.render.exposure);
+    file.render.exposure = verb.exposure.unwrap_or(file.render.exposure);
+    file.render.tone = verb.tone.unwrap_or(file.render.tone);
     if verb.layers.len() > 1 && verb.layers.iter().any(|name| name == "none") {
         return Err(Error::Parameter(format!(
             "--layers {}: `none` stands alone; leave it out, or the others",

@@ -7,7 +7,7 @@ use harmolux::estimators::{Estimator, ImageSettings, Rendering, Weighting};
 use harmolux::io::images::{Attribute, Computed, Exr, Png, colour_channels, colour_samples, png};
 use harmolux::io::output::{Kind, Output, Stage};
 use harmolux::io::scene_file::{RenderSpec, SceneFile};
-use harmolux::scene::{Camera, Film, FirstHits, Layer, Scene};
+use harmolux::scene::{Camera, Exposure, Film, FirstHits, Layer, Scene};
 use serde_json::{Map, Value};
 
 use crate::common::plot::unknown_output;
@@ -90,12 +90,12 @@ pub(crate) fn open_outputs(verb: &Render) -> Result<Vec<(Image, Output)>> {
 
 fn encode_png(rendering: &Rendering, spec: &RenderSpec, run: &str) -> Result<Png> {
     let [width, height] = rendering.film.size();
-    png(width, height, &rendering.film.image(), spec.exposure, Some(run))
+    png(width, height, &rendering.film.image(), spec.display(), Some(run))
 }
 
-fn tell_exposure(rendering: &Rendering, made: &Png, asked: Option<f64>) {
+fn tell_exposure(rendering: &Rendering, made: &Png, asked: Exposure) {
     let is_dark = !rendering.film.image().iter().any(|pixel| pixel.luminance() > 0.0);
-    say::note(&if is_dark && asked.is_none() {
+    say::note(&if is_dark && !matches!(asked, Exposure::Factor(_)) {
         "no exposure: the PNG is black, since no pixel has light".to_owned()
     } else {
         format!("exposure {} (PNG value per cd/m2)", say::significant(made.exposure, 4))
@@ -163,7 +163,7 @@ fn described(exr: Exr, rendering: &Rendering, of: View) -> Result<Exr> {
         .with_attribute("seed", settings.seed.to_string().as_str())
         .with_attribute("replicates", film.replicates() as f64)
         .with_attribute("walksPerPixel", rendering.walks_per_pixel as f64);
-    if let Some(exposure) = file.render.exposure {
+    if let Exposure::Factor(exposure) = file.render.exposure {
         exr = exr.with_attribute("displayExposure", exposure);
     }
     Ok(exr)

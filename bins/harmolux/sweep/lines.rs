@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use harmolux::Result;
-use harmolux::io::images::{auto_exposure, png};
+use harmolux::io::images::png;
 use harmolux::io::output::{Kind, Output};
 use harmolux::io::scene_file::SceneFile;
 use harmolux::io::tables::{Cell, Table};
+use harmolux::scene::{Display, Exposure};
 use harmolux::study::{Light, Original, Picture, Rendition, Sweep as Swept, SweepRow};
 
 use super::{Sweep, light};
@@ -30,10 +31,10 @@ struct Line {
     cells: Option<Vec<Cell>>,
 }
 
-/// The scene with the original, and the exposure of all pictures.
+/// The scene with the original, and how all pictures are shown.
 struct Lit {
     light: Light,
-    exposure: f64,
+    display: Display,
 }
 
 /// Returns the file of coefficients of a degree.
@@ -140,40 +141,40 @@ impl<'a> Run<'a> {
             return Ok(None);
         };
         meter.stage("rendering the original");
-        let exposure = scene.render.exposure;
+        let Display { exposure, tone } = scene.render.display();
         let light = light(self.verb, scene, swept.original())?;
-        let own = |picture: &Picture| auto_exposure(&picture.pixels);
-        let exposure = exposure.or_else(|| light.picture().map(own)).unwrap_or(1.0);
-        Ok(Some(Lit { light, exposure }))
+        let pixels = light.picture().map_or(&[][..], |picture| &picture.pixels);
+        let exposure = Exposure::Factor(exposure.factor(pixels)?);
+        Ok(Some(Lit { light, display: Display { exposure, tone } }))
     }
 
     fn series(&self, swept: &Swept, degree: usize, lit: Option<&Lit>) -> Result<Vec<Cell>> {
         let (shape, mut row) = swept.measure_degree(degree)?;
         let picture = match lit {
-            Some(Lit { light, exposure }) => {
-                light.measure(&shape, &mut row)?.map(|picture| (picture, *exposure))
+            Some(Lit { light, display }) => {
+                light.measure(&shape, &mut row)?.map(|picture| (picture, *display))
             }
             None => None,
         };
         let file = shape_file::open(&coefficients(self.verb, degree), self.verb.force)?;
         self.keep(&row, || {
             file.write(&shape)?;
-            let Some((picture, exposure)) = &picture else { return Ok(()) };
-            self.write_picture(Some(degree), picture, *exposure)
+            let Some((picture, display)) = &picture else { return Ok(()) };
+            self.write_picture(Some(degree), picture, *display)
         })
     }
 
     fn original(&self, swept: &Swept, lit: Option<&Lit>) -> Result<Vec<Cell>> {
         let mut row = swept.measure_original()?;
-        let Some(Lit { light, exposure }) = lit else { return self.keep(&row, || Ok(())) };
+        let Some(Lit { light, display }) = lit else { return self.keep(&row, || Ok(())) };
         light.measure_original(&mut row);
-        let write = |picture| self.write_picture(None, picture, *exposure);
+        let write = |picture| self.write_picture(None, picture, *display);
         self.keep(&row, || light.picture().map_or(Ok(()), write))
     }
 
-    fn write_picture(&self, degree: Option<usize>, shown: &Picture, exposure: f64) -> Result<()> {
+    fn write_picture(&self, degree: Option<usize>, shown: &Picture, display: Display) -> Result<()> {
         let [width, height] = shown.size;
-        let image = png(width, height, &shown.pixels, Some(exposure), None)?;
+        let image = png(width, height, &shown.pixels, display, None)?;
         let output = Output::open(&picture(self.verb, degree), &Kind::PNG, self.verb.force)?;
         output.write(&image.bytes)
     }

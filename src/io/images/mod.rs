@@ -5,7 +5,7 @@ mod exr;
 mod png;
 
 pub use exr::{Attribute, Computed, Exr, colour_channels, colour_samples};
-pub use png::{NOT_FINITE, Png, auto_exposure, encode_png, png};
+pub use png::{NOT_FINITE, Png, encode_png, png, shown};
 
 use crate::{Error, Result};
 

@@ -1,20 +1,17 @@
-//! 8-bit sRGB PNG from linear Rec. 709 pixels: the value is multiplied by an exposure, clamped to
-//! 0..1 and encoded by the transfer function of IEC 61966-2-1. No tone curve, so what is shown
-//! stays proportional to what was computed.
+//! 8-bit sRGB PNG from linear Rec. 709 pixels: exposed, brought to 0..1 by a tone curve, and
+//! encoded by the transfer function of IEC 61966-2-1.
 
 use rayon::prelude::*;
 
 use super::check_size;
 use crate::io::output::SOFTWARE;
 use crate::math::Rgb;
+use crate::scene::{Display, Tone};
 use crate::{Error, Result};
 
 /// What is painted where a pixel is not finite: a magenta that no exposure of a scene gives by
 /// accident.
 pub const NOT_FINITE: [u8; 3] = [255, 0, 255];
-
-/// The luminance to which the geometric mean of an image is exposed: the grey card of photography.
-const MIDDLE_GREY: f64 = 0.18;
 
 /// Holds an encoded PNG and what its maker should report.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,20 +24,8 @@ pub struct Png {
     pub not_finite: usize,
 }
 
-/// Returns 0.18 over the geometric mean of the positive finite luminances, or the largest number
-/// where that is more; 1 when there are none.
-pub fn auto_exposure(pixels: &[Rgb]) -> f64 {
-    let luminances = pixels.iter().map(|p| p.luminance());
-    let (count, logarithms) = luminances
-        .filter(|y| *y > 0.0 && y.is_finite())
-        .fold((0_usize, 0.0), |(n, sum), y| (n + 1, sum + y.ln()));
-    let exposure = MIDDLE_GREY / (logarithms / count as f64).exp();
-    if count == 0 { 1.0 } else { exposure.min(f64::MAX) }
-}
-
-/// Encodes linear Rec. 709 `pixels` (`width` x `height`, row by row from the top left) as PNG,
-/// exposed by `exposure` or, without it, by [`auto_exposure`]; `run` is the text that tells of
-/// which run it is, if any.
+/// Encodes linear Rec. 709 `pixels` (`width` x `height`, row by row from the top left) as PNG;
+/// `run` is the text that tells of which run it is, if any.
 ///
 /// # Errors
 /// [`Error::Parameter`] when the size does not fit the pixels or the exposure is not a positive
@@ -49,25 +34,25 @@ pub fn png(
     width: usize,
     height: usize,
     pixels: &[Rgb],
-    exposure: Option<f64>,
+    display: Display,
     run: Option<&str>,
 ) -> Result<Png> {
-    let exposure = exposure.unwrap_or_else(|| auto_exposure(pixels));
-    if !(exposure > 0.0 && exposure.is_finite()) {
-        return Err(Error::Parameter(format!("the exposure {exposure} is not a positive number")));
-    }
+    let exposure = display.exposure.factor(pixels)?;
     let not_finite = pixels.iter().filter(|p| !p.is_finite()).count();
-    let samples: Vec<[u8; 3]> = pixels.par_iter().map(|p| display(*p, exposure)).collect();
+    let samples = shown(pixels, exposure, display.tone);
     Ok(Png { bytes: encode(width, height, samples.as_flattened(), run)?, exposure, not_finite })
 }
 
-fn display(pixel: Rgb, exposure: f64) -> [u8; 3] {
-    if pixel.is_finite() { pixel.0.map(|c| quantise(c * exposure)) } else { NOT_FINITE }
+/// Returns linear Rec. 709 `pixels` as the sRGB values of a screen, exposed by a factor; those that
+/// are not finite become [`NOT_FINITE`].
+pub fn shown(pixels: &[Rgb], exposure: f64, tone: Tone) -> Vec<[u8; 3]> {
+    let level = |value: f64| quantise(tone.shown(value * exposure));
+    let one = |p: &Rgb| if p.is_finite() { p.0.map(level) } else { NOT_FINITE };
+    pixels.par_iter().map(one).collect()
 }
 
-/// Applies the sRGB transfer function and rounds to the nearest of 256 levels.
-fn quantise(linear: f64) -> u8 {
-    let c = linear.clamp(0.0, 1.0);
+/// Applies the sRGB transfer function to a value from 0 to 1 and rounds to the nearest of 256 levels.
+fn quantise(c: f64) -> u8 {
     let encoded = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
     (255.0 * encoded).round() as u8
 }
@@ -120,6 +105,7 @@ fn write(
 mod tests {
     use super::*;
     use crate::io::output::{Kind, Output};
+    use crate::scene::Exposure;
     use image::codecs::png::{CompressionType, FilterType, PngEncoder};
     use image::{ExtendedColorType, ImageEncoder};
 
@@ -127,21 +113,25 @@ mod tests {
         image::load_from_memory(bytes).expect("a PNG").into_rgb8()
     }
 
+    fn exposed(factor: f64) -> Display {
+        Display { exposure: Exposure::Factor(factor), ..Display::default() }
+    }
+
     #[test]
     fn empty_and_misshapen_images_are_refused() {
-        assert!(png(0, 0, &[], None, None).is_err());
-        assert!(png(2, 2, &[Rgb::WHITE; 3], None, None).is_err());
-        assert!(png(usize::MAX, 2, &[Rgb::WHITE; 2], None, None).is_err());
+        assert!(png(0, 0, &[], exposed(1.0), None).is_err());
+        assert!(png(2, 2, &[Rgb::WHITE; 3], Display::default(), None).is_err());
+        assert!(png(usize::MAX, 2, &[Rgb::WHITE; 2], Display::default(), None).is_err());
         assert!(encode_png(1, 1, &[0; 4]).is_err());
         for exposure in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let message = png(1, 1, &[Rgb::WHITE], Some(exposure), None).expect_err("refused");
+            let message = png(1, 1, &[Rgb::WHITE], exposed(exposure), None).expect_err("refused");
             assert!(message.to_string().contains("is not a positive number"));
         }
     }
 
     #[test]
     fn black_image_is_black_at_exposure_one() {
-        let made = png(2, 1, &[Rgb::BLACK; 2], None, None).expect("made");
+        let made = png(2, 1, &[Rgb::BLACK; 2], Display::default(), None).expect("made");
         assert_eq!((made.exposure, made.not_finite), (1.0, 0));
         assert!(decoded(&made.bytes).pixels().all(|p| p.0 == [0; 3]));
     }
@@ -154,10 +144,18 @@ mod tests {
             Rgb::grey(2.0),
             Rgb([-1.0, 0.5, 9.0]),
         ];
-        let made = png(4, 1, &pixels, Some(0.5), None).expect("made");
+        let made = png(4, 1, &pixels, exposed(0.5), None).expect("made");
         assert_eq!((made.not_finite, made.exposure), (2, 0.5));
         let shown: Vec<_> = decoded(&made.bytes).pixels().map(|p| p.0).collect();
         assert_eq!(shown, [NOT_FINITE, NOT_FINITE, [255; 3], [0, 137, 255]]);
+    }
+
+    #[test]
+    fn tone_comes_after_the_exposure_and_before_the_encoding() {
+        let display = Display { exposure: Exposure::Factor(0.5), tone: Tone::Filmic };
+        let made = png(1, 1, &[Rgb([2.0, 0.2, 1e9])], display, None).expect("made");
+        let expected = [1.0, 0.1, 1e9].map(|x| quantise(Tone::Filmic.shown(x)));
+        assert_eq!(decoded(&made.bytes)[(0, 0)].0, expected);
     }
 
     #[test]
@@ -173,21 +171,9 @@ mod tests {
     }
 
     #[test]
-    fn exposure_brings_the_geometric_mean_to_middle_grey() {
-        let pixels = [Rgb::grey(1.0), Rgb::grey(100.0), Rgb::BLACK, Rgb::grey(f64::NAN)];
-        assert!((auto_exposure(&pixels) - 0.018).abs() <= 1e-15);
-        // The product of 1e300 would overflow, the sum of logarithms does not: 1000 terms of 691,
-        // each rounded to 1e-13.
-        assert!((auto_exposure(&vec![Rgb::grey(1e300); 1000]) / 1.8e-301 - 1.0).abs() <= 1e-9);
-        // Fainter than one over the largest number: as bright as numbers can make it.
-        let made = png(1, 1, &[Rgb::grey(1e-320)], None, None).expect("made");
-        assert_eq!(made.exposure, f64::MAX);
-    }
-
-    #[test]
     fn rows_run_from_the_top_left() {
         let pixels: Vec<Rgb> = (0..6).map(|i| Rgb::grey(f64::from(i) / 5.0)).collect();
-        let image = decoded(&png(3, 2, &pixels, Some(1.0), None).expect("made").bytes);
+        let image = decoded(&png(3, 2, &pixels, exposed(1.0), None).expect("made").bytes);
         assert_eq!(image.dimensions(), (3, 2));
         assert_eq!([image[(0, 0)][0], image[(1, 0)][0], image[(2, 1)][0]], [0, quantise(0.2), 255]);
     }
@@ -221,7 +207,7 @@ mod tests {
     fn file_names_this_program_and_is_known_again() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("view.png");
-        let made = png(2, 2, &[Rgb::WHITE; 4], None, Some("run 17")).expect("made");
+        let made = png(2, 2, &[Rgb::WHITE; 4], Display::default(), Some("run 17")).expect("made");
         let open = || Output::open_again(&path, &Kind::PNG, false);
         open().expect("free").write(&made.bytes).expect("written");
         let mut output = open().expect("ours");

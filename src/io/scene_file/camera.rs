@@ -65,7 +65,7 @@ pub struct OrthographicSpec {
     /// Columns and rows of pixels.
     #[serde(deserialize_with = "columns_rows")]
     pub resolution: [u32; 2],
-    /// As that of [`PerspectiveSpec`].
+    /// What is up in the picture; z when left out, or y where the view is along z.
     #[serde(default, deserialize_with = "direction_if")]
     pub up: Option<DVec3>,
 }
@@ -99,7 +99,7 @@ pub struct FisheyeSpec {
     /// Columns and rows of pixels; the circle has the smaller of them for its diameter.
     #[serde(deserialize_with = "columns_rows")]
     pub resolution: [u32; 2],
-    /// As that of [`PerspectiveSpec`].
+    /// What is up in the picture; z when left out, or y where the view is along z.
     #[serde(default, deserialize_with = "direction_if")]
     pub up: Option<DVec3>,
 }

@@ -67,20 +67,27 @@ pub enum Strength {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum WrittenLight {
+    /// A point that shines alike in all directions.
     Point(WrittenPoint),
+    /// A point that shines by the cosine to its direction.
     Lambert(WrittenLambert),
+    /// A point that shines in a cone.
     Spot(WrittenSpot),
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenPoint {
+    /// Where it is, metres.
     #[serde(deserialize_with = "point")]
     at: DVec3,
+    /// The largest luminous intensity, cd. Exactly one of this and `flux` is given.
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
     intensity: Option<f64>,
+    /// The luminous flux, lm.
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
     flux: Option<f64>,
+    /// Its colour, of which only the ratio counts; white when left out.
     #[serde(default = "white", deserialize_with = "colour")]
     colour: Rgb,
 }
@@ -88,14 +95,19 @@ pub(super) struct WrittenPoint {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenLambert {
+    /// Where it is, metres.
     #[serde(deserialize_with = "point")]
     at: DVec3,
+    /// Where it shines most: the middle of its light.
     #[serde(deserialize_with = "direction")]
     direction: DVec3,
+    /// The largest luminous intensity, cd. Exactly one of this and `flux` is given.
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
     intensity: Option<f64>,
+    /// The luminous flux, lm.
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
     flux: Option<f64>,
+    /// Its colour, of which only the ratio counts; white when left out.
     #[serde(default = "white", deserialize_with = "colour")]
     colour: Rgb,
 }
@@ -103,18 +115,25 @@ pub(super) struct WrittenLambert {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenSpot {
+    /// Where it is, metres.
     #[serde(deserialize_with = "point")]
     at: DVec3,
+    /// Where it shines most: the middle of its light.
     #[serde(deserialize_with = "direction")]
     direction: DVec3,
+    /// The half angle up to which it shines in full, degrees; at most `outer`.
     #[serde(deserialize_with = "number::<HalfTurn, _>")]
     inner: f64,
+    /// The half angle from which on it does not shine, degrees, above 0.
     #[serde(deserialize_with = "number::<HalfTurn, _>")]
     outer: f64,
+    /// The largest luminous intensity, cd. Exactly one of this and `flux` is given.
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
     intensity: Option<f64>,
+    /// The luminous flux, lm.
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
     flux: Option<f64>,
+    /// Its colour, of which only the ratio counts; white when left out.
     #[serde(default = "white", deserialize_with = "colour")]
     colour: Rgb,
 }

@@ -322,12 +322,10 @@ pub struct ShSpec {
     /// How rays are met.
     #[serde(default, deserialize_with = "intersector")]
     pub intersector: Intersector,
-    /// The step of [`Intersector::StepBisection`], in units of the largest radius, at least
-    /// [`StepBisection::SHORTEST_STEP`]; only there.
+    /// The step of `"step-bisection"`, in units of the largest radius, at least 1e-5; there only.
     #[serde(default, deserialize_with = "number_if::<Above0, _>")]
     pub step: Option<f64>,
-    /// The tolerance of [`Intersector::StepBisection`], in units of the largest radius, between 0
-    /// and 1; only there.
+    /// The tolerance of `"step-bisection"`, in units of the largest radius; there only.
     #[serde(default, deserialize_with = "number_if::<Part, _>")]
     pub tolerance: Option<f64>,
     /// How far a picture may simplify the shape, instead of what `[render]` says.

@@ -115,21 +115,29 @@ pub enum GridLayout {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum WrittenSensor {
+    /// Single points with one normal.
     Points(WrittenPoints),
+    /// A rectangular grid on a flat thing of the scene, or at a height.
     Grid(WrittenGrid),
+    /// Points along a line, both ends among them.
     Line(WrittenLine),
+    /// Points all over an object.
     Surface(WrittenSurface),
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenPoints {
+    /// Where they are, metres; a list of one point or more.
     #[serde(deserialize_with = "points")]
     at: Vec<DVec3>,
+    /// The side they look to, or the axis of the cylinder.
     #[serde(deserialize_with = "direction")]
     normal: DVec3,
+    /// What is lit at a sensor: a plane, a cylinder or half of one.
     #[serde(default, deserialize_with = "word")]
     measure: MeasureName,
+    /// Where half a cylinder faces; there only, and perpendicular to the normal.
     #[serde(default, deserialize_with = "direction_if")]
     facing: Option<DVec3>,
 }
@@ -137,18 +145,25 @@ pub(super) struct WrittenPoints {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenLine {
+    /// Where the line begins, metres.
     #[serde(deserialize_with = "point")]
     from: DVec3,
+    /// Where it ends, metres; a sensor stands at both ends.
     #[serde(deserialize_with = "point")]
     to: DVec3,
+    /// The side they look to, or the axis of the cylinder.
     #[serde(deserialize_with = "direction")]
     normal: DVec3,
+    /// The largest distance between sensors, metres. Exactly one of this and `count` is given.
     #[serde(default, deserialize_with = "number_if::<Size, _>")]
     spacing: Option<f64>,
+    /// The number of sensors, 2 or more.
     #[serde(default, deserialize_with = "several_if")]
     count: Option<u32>,
+    /// What is lit at a sensor: a plane, a cylinder or half of one.
     #[serde(default, deserialize_with = "word")]
     measure: MeasureName,
+    /// Where half a cylinder faces; there only, and perpendicular to the normal.
     #[serde(default, deserialize_with = "direction_if")]
     facing: Option<DVec3>,
 }
@@ -161,16 +176,25 @@ fn several_if<'de, D: Deserializer<'de>>(d: D) -> Result<Option<u32>, D::Error> 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenGrid {
+    /// The rectangle or face of a box it lies on, such as `"room.z_min"`. Exactly one of this and
+    /// `height` is given.
     on: Option<String>,
+    /// The height of a horizontal grid in a room, metres; it looks up.
     #[serde(default, deserialize_with = "number_if::<Coordinate, _>")]
     height: Option<f64>,
+    /// The width of the strip left out along the edges, metres.
     #[serde(default, deserialize_with = "number::<AtLeast0, _>")]
     border: f64,
+    /// The largest size of a cell, metres, or `"en12464"`: by the rule of EN 12464-1, p = 0.2 *
+    /// 5^(log10 d) and at most 10 m, as when both this and `count` are left out.
     spacing: Option<Spacing>,
+    /// The number of columns and rows.
     #[serde(default, deserialize_with = "columns_rows_if")]
     count: Option<[u32; 2]>,
+    /// What is lit at a sensor: a plane, a cylinder or half of one.
     #[serde(default, deserialize_with = "word")]
     measure: MeasureName,
+    /// Where half a cylinder faces; there only, and perpendicular to the normal.
     #[serde(default, deserialize_with = "direction_if")]
     facing: Option<DVec3>,
 }

@@ -66,11 +66,17 @@ const MOST: u64 = 1_000_000;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenSurface {
+    /// The object, or the face of a box, such as `"room.z_min"`; no infinite plane.
     on: String,
+    /// The number of sensors, evenly by area, from 1 to 1 000 000; with `vertices` on an `sh` or
+    /// `sphere` object that of the vertices at least.
     #[serde(default, deserialize_with = "points_if")]
     points: Option<u32>,
+    /// Whether they are the vertices of a mesh, or of a geodesic sphere laid over an `sh` or
+    /// `sphere` object.
     #[serde(default)]
     vertices: bool,
+    /// What is lit at a sensor: a plane, or a cylinder about the normal.
     #[serde(default, deserialize_with = "word")]
     measure: MeasureName,
 }

@@ -1,16 +1,18 @@
 //! `[render]` and `[illum]`: what to compute, how, and when to stop.
 
+use std::fmt;
 use std::time::Duration;
 
+use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::values::{
-    Above0, AtLeast0, HalfTurn, Inline, Part, Size, choice, count_if, number, number_if, refusal,
+    AtLeast0, HalfTurn, Inline, Part, Size, choice, count_if, number, number_if, refusal,
     table, table_if, time_if, whole,
 };
 use super::vectors::pixels;
 use crate::math::choice::choice as choices;
-use crate::scene::{Filter, Layer, Window};
+use crate::scene::{Display, Exposure, Filter, Layer, Tone, Window};
 
 /// Describes how a picture is made.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
@@ -40,12 +42,24 @@ pub struct RenderSpec {
     /// The time between checkpoints, above 0; a default when left out.
     #[serde(deserialize_with = "time_if")]
     pub checkpoint: Option<Duration>,
-    /// The factor from luminance to PNG, above 0; chosen from the picture when left out.
-    #[serde(deserialize_with = "number_if::<Above0, _>")]
-    pub exposure: Option<f64>,
+    /// The factor from luminance to the values of the PNG, of which 1 is white; or a share of the
+    /// pixels, such as "98%", that stays below white. When left out the geometric mean of the
+    /// luminances becomes 0.18.
+    #[serde(deserialize_with = "exposure")]
+    pub exposure: Exposure,
+    /// What the PNG shows of values near and above white.
+    #[serde(deserialize_with = "choice")]
+    pub tone: Tone,
     /// How far SH objects may be simplified; not at all when left out. Objects may have their own.
     #[serde(deserialize_with = "table_if")]
     pub detail: Option<DetailSpec>,
+}
+
+impl RenderSpec {
+    /// Returns how the picture is shown.
+    pub const fn display(&self) -> Display {
+        Display { exposure: self.exposure, tone: self.tone }
+    }
 }
 
 /// Reads the left, top, right and bottom border of a part of a picture, the last two behind it.
@@ -56,6 +70,40 @@ fn crop_if<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Window>, D::Error> 
         refusal("[left, top, right, bottom], the last two above the first two", &found, "")
     };
     Window::new([x0, y0], [x1, y1]).map(Some).map_err(none)
+}
+
+/// Reads a factor, or a share in per cent.
+fn exposure<'de, D: Deserializer<'de>>(d: D) -> Result<Exposure, D::Error> {
+    d.deserialize_any(ExposureVisitor)
+}
+
+struct ExposureVisitor;
+
+impl ExposureVisitor {
+    const MUST: &'static str = "a number above 0, or a share of the pixels such as \"98%\"";
+}
+
+impl Visitor<'_> for ExposureVisitor {
+    type Value = Exposure;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(Self::MUST)
+    }
+
+    fn visit_i64<E: Error>(self, x: i64) -> Result<Exposure, E> {
+        self.visit_f64(x as f64)
+    }
+
+    fn visit_f64<E: Error>(self, factor: f64) -> Result<Exposure, E> {
+        if factor > 0.0 && factor.is_finite() {
+            return Ok(Exposure::Factor(factor));
+        }
+        Err(refusal(Self::MUST, &factor, ""))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Exposure, E> {
+        text.parse().map_err(|_| refusal(Self::MUST, &format!("{text:?}"), ""))
+    }
 }
 
 /// Reads words of layers.

@@ -18,7 +18,7 @@ use crate::Result;
 pub(super) const KINDS: [&str; 5] = ["materials", "objects", "lights", "cameras", "sensors"];
 
 /// Returns the types of a kind.
-fn types(kind: &str) -> &'static [&'static str] {
+pub(super) fn types(kind: &str) -> &'static [&'static str] {
     match kind {
         "materials" => variants::<MaterialSpec>(),
         "objects" => variants::<ObjectSpec>(),

@@ -2,6 +2,7 @@
 //! damage.
 
 mod messages;
+mod reference;
 
 use crate::math::Unit;
 use crate::mesh::UpAxis;

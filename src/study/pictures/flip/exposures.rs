@@ -3,9 +3,8 @@
 
 use crate::math::Rgb;
 use crate::math::stats::median;
+use crate::scene::{ACES, Tone};
 
-/// The curve is (a x^2 + b x) / (c x^2 + d x + e).
-const CURVE: [f64; 5] = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];
 /// What the brightest pixel becomes at the first exposure, and the median at the last.
 const TARGET: f64 = 0.85;
 
@@ -28,20 +27,13 @@ pub(super) fn exposures(picture: &[Rgb]) -> Vec<f64> {
 
 /// Returns the colour that a screen shows, each component from 0 to 1.
 pub(super) fn shown(colour: Rgb, exposure: f64) -> Rgb {
-    let [a, b, c, d, e] = CURVE;
     let factor = exposure.exp2();
-    Rgb(colour.0.map(|value| {
-        // Filters with negative lobes leave light below zero.
-        let x = (factor * value).max(0.0);
-        // Infinity over infinity is the end of the curve.
-        let y = if x > 1e100 { a / c } else { (a * x * x + b * x) / (c * x * x + d * x + e) };
-        y.clamp(0.0, 1.0)
-    }))
+    Rgb(colour.0.map(|value| Tone::Filmic.shown(factor * value)))
 }
 
 /// Returns the light that the curve brings to the target.
 fn reaches_target() -> f64 {
-    let [a, b, c, d, e] = CURVE;
+    let [a, b, c, d, e] = ACES;
     let [a, b, c] = [a - TARGET * c, b - TARGET * d, -TARGET * e];
     let middle = -0.5 * b / a;
     middle + (middle * middle - c / a).sqrt()
