@@ -39,7 +39,7 @@
 //!   Colours are linear Rec. 709 triples ([`math::Rgb`]) whose luminance carries the unit.
 //! * The basis is Schmidt semi-normalised, with the Condon-Shortley phase: degree l, order m from 0
 //!   to l, a cosine and a sine part. `lmax` is the largest degree of a series, which has
-//!   (lmax + 1)^2 real coefficients. `docs/conventions.md` has the formulas.
+//!   (lmax + 1)^2 real coefficients. `docs/how/conventions.md` has the formulas.
 //! * Every random estimate is the mean of [`estimators::REPLICATES`] independent replicates. The
 //!   same seed gives the same result on any number of threads.
 //! * A miss is `None`; an [`Error`] says what is wrong, where, and how to go on. The library does
@@ -47,7 +47,7 @@
 //!
 //! # Rooms
 //!
-//! Each module is a room that may name only some of the others. `docs/architecture.md` has the
+//! Each module is a room that may name only some of the others. `docs/how/architecture.md` has the
 //! arrows, and `tests/shapes/rooms.rs` holds the sources to them.
 //!
 //! * [`math`]: rays, boxes, frames, placements, quadrature, sampling, random streams, statistics.
@@ -80,3 +80,8 @@ pub mod study;
 pub mod surface;
 
 pub use error::{Error, Result};
+
+/// Tests the Rust of the book.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/reference/api.md")]
+mod book {}

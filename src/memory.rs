@@ -90,7 +90,7 @@ pub fn ask(bytes: f64, what: impl Display, smaller: impl FnOnce(f64) -> String) 
 /// As [`ask`].
 pub fn ask_each(count: usize, each: f64, what: impl Display, advice: &str) -> Result<()> {
     ask(each * count as f64, what, |share| {
-        format!("about {:.0} would fit; {advice}", (share * count as f64).floor())
+        format!("about {:.0} of {count} would fit; {advice}", (share * count as f64).floor())
     })
 }
 
@@ -257,7 +257,7 @@ mod tests {
             assert!(error.to_string().starts_with("a film needs "), "{error}");
         }
         let error = ask_each(10, 1e17, "ten films", "take fewer").expect_err("too much");
-        assert!(error.to_string().ends_with(": about 0 would fit; take fewer"), "{error}");
+        assert!(error.to_string().ends_with(": about 0 of 10 would fit; take fewer"), "{error}");
     }
 
     #[test]

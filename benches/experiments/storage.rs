@@ -1,6 +1,6 @@
 //! What a shape costs in bytes, form by form: the mesh, its coefficients as text, all bits of them,
 //! f32, and the compact form with an added RMS error of a fifth, a tenth and a fiftieth of the
-//! truncation error. `docs/compact.md` shows the table of the head.
+//! truncation error. `docs/how/compact.md` shows the table of the head.
 //!
 //!     cargo run --release --features experiments --example storage -- data/head.obj
 

@@ -8,8 +8,8 @@ use harmolux::io::images::{Attribute, Exr};
 use harmolux::io::output::Output;
 use harmolux::plots::{FalseColour, Palette, ScaleOptions};
 use harmolux::study::{
-    FALSE_ALARMS, JointLevel, JointTest, PIXELS_PER_DEGREE, Picture, PictureComparison, PictureMap,
-    compare_pictures,
+    FALSE_ALARMS, FEWEST_REPLICATES, JointLevel, JointTest, PIXELS_PER_DEGREE, Picture,
+    PictureComparison, PictureMap, compare_pictures,
 };
 use harmolux::{Error, Result};
 use serde_json::{Value, json};
@@ -159,9 +159,14 @@ fn untested(verb: &Compare, found: &PictureComparison, both: [&Side; 2]) -> Opti
     let without = [&verb.a, &verb.b].into_iter().zip(both);
     let without = without.filter(|(_, read)| read.picture.errors.is_empty());
     let names: Vec<String> = without.map(|(path, _)| shown_path(path)).collect();
-    Some(match names.as_slice() {
-        [] => "no pixel has a known standard error in both".to_owned(),
-        names => format!("no standard errors (channel stderr.Y) in {}", names.join(" and ")),
+    let replicates = both.iter().filter_map(|side| side.picture.replicates).min();
+    Some(match (names.as_slice(), replicates) {
+        ([], Some(n)) if n < FEWEST_REPLICATES => {
+            let few = format!("errors from {n} replicates allow any difference");
+            format!("{few}: render with more walks, {FEWEST_REPLICATES} replicates at least")
+        }
+        ([], _) => "no pixel has a known standard error in both".to_owned(),
+        (names, _) => format!("no standard errors (channel stderr.Y) in {}", names.join(" and ")),
     })
 }
 

@@ -81,6 +81,11 @@ impl Figure {
         Ok(text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n"))
     }
 
+    /// Whether no point can be shown: none is finite, and positive where an axis is logarithmic.
+    pub fn is_empty(&self) -> bool {
+        self.curves.iter().all(|curve| self.showable(curve).points.is_empty())
+    }
+
     fn scene(&self, [width, height]: [f64; 2], medium: Medium) -> Result<Scene> {
         let shown: Vec<Curve> = self.curves.iter().map(|c| self.showable(c)).collect();
         let plots: Vec<Plot> =

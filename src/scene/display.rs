@@ -3,15 +3,16 @@
 
 use std::str::FromStr;
 
-use crate::math::choice::choice;
 use crate::math::Rgb;
+use crate::math::choice::choice;
 use crate::{Error, Result};
 
 /// The luminance to which the geometric mean of an image is exposed: the grey card of photography.
 const MIDDLE_GREY: f64 = 0.18;
 /// The curve of ACES as K. Narkowicz fitted it (2015), with its exposure of 0.6: (a x^2 + b x) /
 /// (c x^2 + d x + e).
-pub(crate) const ACES: [f64; 5] = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];
+pub(crate) const ACES: [f64; 5] =
+    [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];
 
 /// Says how a picture is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -1,6 +1,6 @@
 //! The power spectrum of a series: how much of it each degree carries.
 //!
-//! sigma_l^2 = A_l0^2 + 1/2 sum_(m>0) (A^2 + B^2) is the degree variance of `docs/conventions.md`;
+//! sigma_l^2 = A_l0^2 + 1/2 sum_(m>0) (A^2 + B^2) is the degree variance of `docs/how/conventions.md`;
 //! the power P_l = sigma_l^2 / (2l+1) is the mean of f_l^2 over the sphere, which pyshtools calls
 //! the power per degree of 4pi-normalised coefficients. The powers add up to the mean of f^2.
 

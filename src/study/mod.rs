@@ -34,8 +34,8 @@ pub use load::{DetailedObject, FittedObject, Loaded, camera, load, load_for_came
 pub use page::Page;
 use pictures::relative_mse;
 pub use pictures::{
-    FALSE_ALARMS, Flip, JointLevel, JointTest, PIXELS_PER_DEGREE, Picture, PictureComparison,
-    PictureMap, RelativeMse, compare_pictures, flip, flip_ldr, joint_test,
+    FALSE_ALARMS, FEWEST_REPLICATES, Flip, JointLevel, JointTest, PIXELS_PER_DEGREE, Picture,
+    PictureComparison, PictureMap, RelativeMse, compare_pictures, flip, flip_ldr, joint_test,
 };
 pub use requirements::{Judged, Verdict, judge};
 pub use sensors::SensorGroup;

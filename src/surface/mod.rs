@@ -87,7 +87,7 @@ pub struct Hit {
 }
 
 /// How far the end of a ray of length 1 may be off by rounding, in every surface's arithmetic
-/// (docs/architecture.md).
+/// (docs/how/architecture.md).
 pub(crate) const END_ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 impl Hit {

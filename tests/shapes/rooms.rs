@@ -1,4 +1,4 @@
-//! Holds the sources to the rooms and arrows of docs/architecture.md: a room names only the rooms
+//! Holds the sources to the rooms and arrows of docs/how/architecture.md: a room names only the rooms
 //! it may.
 
 use std::collections::BTreeSet;

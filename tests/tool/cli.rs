@@ -728,7 +728,10 @@ fn starter_scenes_are_right_without_a_warning() {
 fn shells_and_readers_of_manuals_are_served() {
     let desk = Desk::new();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
-        assert_says(&desk.done(["completions", shell]).out, &["harmolux", "falsecolor", "exposure"]);
+        assert_says(
+            &desk.done(["completions", shell]).out,
+            &["harmolux", "falsecolor", "exposure"],
+        );
     }
     let written = desk.json("man -o man")["written"].as_array().expect("a list").len();
     assert!(written > 20 && desk.path("man/harmolux-render.1").exists());

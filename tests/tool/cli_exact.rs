@@ -1,9 +1,8 @@
 //! Problems whose answer is known, as a user meets them: `exact`.
 
-
 use serde_json::Value;
 
-use crate::common::desk::{Desk, Said, assert_says, repository};
+use crate::common::desk::{Desk, Said, assert_says};
 
 fn desk() -> Desk {
     Desk::of(&["exact"])

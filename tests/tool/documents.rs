@@ -144,7 +144,8 @@ fn commands(block: &Block) -> Vec<(String, Option<Vec<String>>)> {
         } else if let Some((_, Some(printed))) = commands.last_mut() {
             printed.push(line.to_owned());
         }
-        goes_on = commands.last().is_some_and(|(l, _)| l.ends_with('\\')) && (goes_on || is_command);
+        goes_on =
+            commands.last().is_some_and(|(l, _)| l.ends_with('\\')) && (goes_on || is_command);
     }
     commands
 }
@@ -172,10 +173,13 @@ fn faults(path: &Path, text: &str) -> Vec<String> {
                 None if said.code != 0 => Some(format!("exit code {}: {all}", said.code)),
                 None => None,
                 Some(printed) => {
-                    let [page, found] = [printed.join("\n"), all].map(|text| masked(&text));
-                    let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<_>>();
-                    let is_so = agree(&lines(&page), &lines(&found));
-                    (!is_so).then(|| format!("the page has\n{page}it says\n{found}"))
+                    let lines = |text: &str| -> Vec<String> {
+                        masked(text).lines().map(str::to_owned).collect()
+                    };
+                    let page = lines(&printed.join("\n"));
+                    // Talk on stderr may be shown or not.
+                    let is_so = agree(&page, &lines(&said.out)) || agree(&page, &lines(&all));
+                    (!is_so).then(|| format!("the page has\n{}\nit says\n{all}", page.join("\n")))
                 }
             };
             let at = format!("{}:{}: $ {line}", short(path), block.line);
@@ -351,7 +355,7 @@ fn lines_agree_as_they_should() {
     assert!(!line_agrees("| a | 1.000 |", "| a | 1.1 |"));
     assert!(!line_agrees("desk_1", "desk_2"));
     assert!(!line_agrees("done", "done now"));
-    let [page, other, found] =
-        ["a ... d", "a ... e", "a b c d"].map(|t| t.split(' ').map(str::to_owned).collect::<Vec<_>>());
+    let [page, other, found] = ["a ... d", "a ... e", "a b c d"]
+        .map(|t| t.split(' ').map(str::to_owned).collect::<Vec<_>>());
     assert!(agree(&page, &found) && !agree(&other, &found));
 }

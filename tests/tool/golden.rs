@@ -67,7 +67,10 @@ fn every_verb_says_and_writes_what_is_stored() {
     let help = Desk::new().done("--help").out;
     let verbs = help.lines().filter_map(|line| line.strip_prefix("  ")?.split_once("  "));
     for (verb, _) in verbs.filter(|(v, _)| v.chars().all(char::is_alphabetic) && !v.is_empty()) {
-        assert!(cases.contains_key(verb) || ["exact", "help", "completions", "man"].contains(&verb), "no case of {verb}");
+        assert!(
+            cases.contains_key(verb) || ["exact", "help", "completions", "man"].contains(&verb),
+            "no case of {verb}"
+        );
         cases.insert(format!("help_of_{verb}"), format!("{verb} --help; {verb} -h"));
     }
     let folder = repository("tests/golden");
@@ -93,7 +96,7 @@ fn every_verb_says_and_writes_what_is_stored() {
 /// Every key of JSON in the stored outputs is explained on its page.
 #[test]
 fn keys_of_json_are_documented() {
-    let page = fs::read_to_string(repository("docs/json.md")).expect("readable");
+    let page = fs::read_to_string(repository("docs/reference/json.md")).expect("readable");
     let keys = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next());
     let names = |cell: &str| -> Vec<String> {
         let paths = cell.split('`').skip(1).step_by(2);
@@ -111,7 +114,7 @@ fn keys_of_json_are_documented() {
             let key = line[..at].rsplit('"').next().unwrap_or("");
             let plain =
                 key.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
-            assert!(!plain || known.contains(key), "`{key}` is not in docs/json.md");
+            assert!(!plain || known.contains(key), "`{key}` is not in docs/reference/json.md");
         }
     }
 }

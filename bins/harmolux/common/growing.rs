@@ -27,6 +27,8 @@ pub(crate) struct GrowingTable {
     claim: Claim,
     table: Table,
     force: bool,
+    /// Whether there was a table.
+    stood: bool,
     /// Whether the file is to stay: it has rows, or had more than a header.
     stays: AtomicBool,
 }
@@ -41,7 +43,13 @@ impl GrowingTable {
         if !force {
             table.add_csv(path, &bytes, &TEXTS).map_err(|e| e.advise(Advice::Overwrite))?;
         }
-        Ok(Self { claim, table, force, stays: AtomicBool::new(bytes.len() > header) })
+        let (stood, stays) = (!bytes.is_empty(), AtomicBool::new(bytes.len() > header));
+        Ok(Self { claim, table, force, stood, stays })
+    }
+
+    /// Whether an earlier run began this table: the files beside it are of that run.
+    pub(crate) fn goes_on(&self) -> bool {
+        !self.force && self.stood
     }
 
     /// Finds the row that is to have these first cells and this key, if it is there.

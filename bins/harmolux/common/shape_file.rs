@@ -50,6 +50,13 @@ pub(crate) fn open(path: &Path, force: bool) -> Result<ShapeFile> {
     Ok(ShapeFile { output: Output::open(path, &format.kind(), force)?, format })
 }
 
+/// As [`open`], for a run that goes on: a file that this program wrote may stand there.
+pub(crate) fn open_again(path: &Path, force: bool) -> Result<ShapeFile> {
+    let format = SeriesFormat::of_extension(path).unwrap_or(SeriesFormat::Text);
+    format.require_written()?;
+    Ok(ShapeFile { output: Output::open_again(path, &format.kind(), force)?, format })
+}
+
 impl ShapeFile {
     /// Refuses a tolerance that this format has no use for.
     pub(crate) fn take_tolerance(&self, tolerance: Option<Tolerance>) -> Result<()> {

@@ -79,7 +79,7 @@ pub(crate) fn settings(text: &str) -> Result<Settings, String> {
         Some((name.trim().to_owned(), value))
     };
     let all = text.split(',').map(setting).collect::<Option<_>>();
-    all.map(Settings).ok_or_else(|| "write name=number pairs, such as sigma=0.2,nu=3.3".into())
+    all.map(Settings).ok_or_else(|| "write pairs NAME=NUMBER, divided by commas".into())
 }
 
 impl Settings {

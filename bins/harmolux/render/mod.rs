@@ -51,7 +51,7 @@ use crate::common::{interrupt, paths, say};
                                                      bit
   harmolux render room.toml --layers normal,depth    these layers only in the EXR
 
-Cameras, filters, layers and files: docs/pictures.md")]
+Cameras, filters, layers and files: docs/reference/pictures.md")]
 #[allow(clippy::option_option, reason = "--resume is absent, alone, or has a file")]
 pub(crate) struct Render {
     #[command(flatten)]
@@ -209,8 +209,12 @@ fn with_options(mut file: SceneFile, verb: &Render) -> Result<SceneFile> {
         if !file.cameras.contains_key(name) {
             let names: Vec<&str> = file.cameras.keys().map(String::as_str).collect();
             return Err(Error::Parameter(format!(
-                "--camera {name}: the scene has no camera of that name, only {}",
-                if names.is_empty() { "none at all".to_owned() } else { names.join(", ") }
+                "--camera {name}: the scene has no camera of that name; {}",
+                if names.is_empty() {
+                    "it has none".to_owned()
+                } else {
+                    format!("there are {}", names.join(", "))
+                }
             )));
         }
         file.render.camera = Some(name.clone());

@@ -81,8 +81,7 @@ fn averaged(pixels: &[Rgb], [width, height]: [usize; 2], [columns, rows]: [usize
             line.map(move |x| pixels[y.min(height - 1) * width + x])
         });
         let finite = lines.filter(|p| p.is_finite());
-        let (count, sum) =
-            finite.fold((0_u32, Rgb::BLACK), |(count, sum), p| (count + 1, sum + p));
+        let (count, sum) = finite.fold((0_u32, Rgb::BLACK), |(count, sum), p| (count + 1, sum + p));
         if count == 0 { Rgb::BLACK } else { sum * (1.0 / f64::from(count)) }
     };
     (0..rows).flat_map(|row| (0..columns).map(move |column| mean(row, column))).collect()

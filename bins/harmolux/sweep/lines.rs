@@ -14,6 +14,7 @@ use super::{Sweep, light};
 use crate::common::about::about;
 use crate::common::growing::GrowingTable;
 use crate::common::progress::Meter;
+use crate::common::shape_file::ShapeFile;
 use crate::common::{interrupt, say, shape_file};
 
 /// A sweep under way.
@@ -81,10 +82,11 @@ impl<'a> Run<'a> {
                 paths.push(picture(verb, degree));
             }
             let done = table.done(&row.head(), || Ok(key.clone()))?;
-            let cells = done.filter(|_| paths.iter().all(|path| path.is_file()));
+            let cells = done.filter(|cells| SweepRow::of_cells(cells).is_some());
+            let cells = cells.filter(|_| paths.iter().all(|path| path.is_file()));
             if cells.is_none() {
                 table.leave_out(&row.head());
-                paths.iter().try_for_each(|path| check(path, verb.force))?;
+                paths.iter().try_for_each(|path| check(path, &table, verb.force))?;
             }
             lines.push(Line { row, cells });
         }
@@ -156,7 +158,7 @@ impl<'a> Run<'a> {
             }
             None => None,
         };
-        let file = shape_file::open(&coefficients(self.verb, degree), self.verb.force)?;
+        let file = open_shape(&coefficients(self.verb, degree), &self.table, self.verb.force)?;
         self.keep(&row, || {
             file.write(&shape)?;
             let Some((picture, display)) = &picture else { return Ok(()) };
@@ -172,10 +174,15 @@ impl<'a> Run<'a> {
         self.keep(&row, || light.picture().map_or(Ok(()), write))
     }
 
-    fn write_picture(&self, degree: Option<usize>, shown: &Picture, display: Display) -> Result<()> {
+    fn write_picture(
+        &self,
+        degree: Option<usize>,
+        shown: &Picture,
+        display: Display,
+    ) -> Result<()> {
         let [width, height] = shown.size;
         let image = png(width, height, &shown.pixels, display, None)?;
-        let output = Output::open(&picture(self.verb, degree), &Kind::PNG, self.verb.force)?;
+        let output = open_picture(&picture(self.verb, degree), &self.table, self.verb.force)?;
         output.write(&image.bytes)
     }
 
@@ -197,11 +204,23 @@ impl<'a> Run<'a> {
     }
 }
 
-fn check(path: &Path, force: bool) -> Result<()> {
+/// Checks that a file of a line can be written. Where a run goes on, what this program wrote may
+/// stand there: the run was ended between the files and their line.
+fn check(path: &Path, table: &GrowingTable, force: bool) -> Result<()> {
     if path.extension().is_some_and(|e| e == "png") {
-        return Output::open(path, &Kind::PNG, force).map(drop);
+        return open_picture(path, table, force).map(drop);
     }
-    shape_file::open(path, force).map(drop)
+    open_shape(path, table, force).map(drop)
+}
+
+fn open_picture(path: &Path, table: &GrowingTable, force: bool) -> Result<Output> {
+    let open = if table.goes_on() { Output::open_again } else { Output::open };
+    open(path, &Kind::PNG, force)
+}
+
+fn open_shape(path: &Path, table: &GrowingTable, force: bool) -> Result<ShapeFile> {
+    let open = if table.goes_on() { shape_file::open_again } else { shape_file::open };
+    open(path, force)
 }
 
 /// Returns what a line is called.

@@ -52,8 +52,8 @@ pub(crate) struct Sweep {
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// Say which degree is enough: limits of rms, max, hausdorff, normal, volume, area, inertia,
-    /// relmse, flip or lux, such as rms=0.5%,hausdorff=2mm,normal=3deg; exit code 4 when no degree
-    /// keeps one
+    /// relmse, flip or lux, such as rms=0.5%,hausdorff=2mm,normal=3deg; without a unit a share of 1,
+    /// metres or degrees; exit code 4 when no degree keeps one
     #[arg(
         long, value_name = "LIMITS", value_delimiter = ',',
         value_parser = |text: &str| text.parse::<SweepLimit>().map_err(|e| e.to_string())

@@ -59,14 +59,18 @@ impl Outputs {
         let (svgs, pngs): (Vec<_>, Vec<_>) =
             self.plots.into_iter().map(|[svg, png]| (svg, png)).unzip();
         // One after the other: kuva numbers what it draws.
-        for (figure, svg) in figures.iter().zip(svgs) {
+        let shown: Vec<_> =
+            figures.iter().zip(svgs.into_iter().zip(pngs)).filter(|(f, _)| !f.is_empty()).collect();
+        let mut drawings = Vec::new();
+        for (figure, (svg, png)) in shown {
             let drawn = figure.to_svg()?;
             page.plot(&figure.title, &drawn);
             written.push(svg.write(drawn.as_bytes()));
+            drawings.push((figure, png));
         }
         let draw =
             |(figure, png): (&Figure, Output)| PlotFormat::Png.write(figure, png, Stage::Complete);
-        written.par_extend(figures.par_iter().zip(pngs).map(draw));
+        written.par_extend(drawings.into_par_iter().map(draw));
         page.shape(&lines::stem(verb), series, mesh)?;
         if rows.iter().any(|row| !row[Column::Flip].is_nan()) {
             add_pictures(&mut page, verb)?;

@@ -16,6 +16,8 @@ use crate::common::say;
 pub(super) struct Answer {
     limit: String,
     row: Option<SweepRow>,
+    /// What noise makes of it, where that is more than the limit.
+    noise: Option<String>,
 }
 
 impl Answer {
@@ -49,8 +51,11 @@ pub(super) fn check_limits(verb: &Sweep, scene: Option<&SceneFile>) -> Result<()
 
 /// Finds the smallest degree for each limit.
 pub(super) fn answers(limits: &[SweepLimit], rows: &[SweepRow]) -> Vec<Answer> {
-    let answer =
-        |limit: &SweepLimit| Answer { limit: limit.to_string(), row: limit.answer(rows).cloned() };
+    let answer = |limit: &SweepLimit| Answer {
+        limit: limit.to_string(),
+        row: limit.answer(rows).cloned(),
+        noise: limit.noise_above(rows).map(|noise| cell(limit.column, noise)),
+    };
     limits.iter().map(answer).collect()
 }
 
@@ -58,7 +63,14 @@ pub(super) fn answers(limits: &[SweepLimit], rows: &[SweepRow]) -> Vec<Answer> {
 pub(super) fn code(answers: &[Answer]) -> Code {
     let mut code = Code::Done;
     for answer in answers.iter().filter(|answer| answer.row.is_none()) {
-        say::warning(&format!("{}: no degree keeps this; go on to higher ones", answer.limit));
+        let why = match &answer.noise {
+            None => "no degree keeps this; go on to higher ones".to_owned(),
+            Some(noise) => format!(
+                "noise alone makes {noise}, so no degree can keep this; raise `--samples`, or for \
+                 lux the effort of the scene's `illum.stop`"
+            ),
+        };
+        say::warning(&format!("{}: {why}", answer.limit));
         code = Code::NotMet;
     }
     code

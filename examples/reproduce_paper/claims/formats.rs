@@ -42,7 +42,8 @@ pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
         paper_number: "> 1000".to_owned(),
         ours: format!("{} to {}, like with like", digits(range[0], 3), digits(range[1], 3)),
         error: "none: bytes, counted".to_owned(),
-        command: "cargo run --release --features experiments --example storage -- data/head.obj".to_owned(),
+        command: "cargo run --release --features experiments --example storage -- data/head.obj"
+            .to_owned(),
         // Every pair of like forms must keep it, or any pair at all must for the direction.
         verdict: Verdict::of_number([CLAIMED, f64::INFINITY], [range[0]; 2], any),
         notes: vec![

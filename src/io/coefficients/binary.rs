@@ -18,7 +18,7 @@
 //! ```
 //!
 //! Then degree l = 0 to lmax, its block at offset 58 + n + 8 l^2 + 4 l: A_l0, A_l1, B_l1, ...,
-//! A_ll, B_ll in the basis of docs/conventions.md, 8 bytes each, and the CRC-32 of the header's
+//! A_ll, B_ll in the basis of docs/how/conventions.md, 8 bytes each, and the CRC-32 of the header's
 //! CRC, l (4 bytes) and these numbers. Nothing follows.
 
 use std::io::{ErrorKind, Read};

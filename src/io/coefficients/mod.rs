@@ -1,5 +1,5 @@
 //! Coefficient files: the formats they have, each read and written in a file of its own, and the
-//! doors to all of them. docs/coefficient_files.md says what each format keeps and in which
+//! doors to all of them. docs/reference/files.md says what each format keeps and in which
 //! convention its numbers stand.
 
 mod aics_csv;

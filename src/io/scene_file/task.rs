@@ -7,8 +7,8 @@ use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::values::{
-    AtLeast0, HalfTurn, Inline, Part, Size, choice, count_if, number, number_if, refusal,
-    table, table_if, time_if, whole,
+    AtLeast0, HalfTurn, Inline, Part, Size, choice, count_if, number, number_if, refusal, table,
+    table_if, time_if, whole,
 };
 use super::vectors::pixels;
 use crate::math::choice::choice as choices;

@@ -2,7 +2,7 @@
 //! with the numbers, pictures and plots of a sweep beside them.
 //!
 //! `page.html` is joined with its style, its script and the data as JSON. What a browser computes
-//! comes from the coefficients alone (docs/conventions.md); names are data, and never markup.
+//! comes from the coefficients alone (docs/how/conventions.md); names are data, and never markup.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

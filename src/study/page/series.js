@@ -1,4 +1,4 @@
-// Series in the basis of docs/conventions.md: packed numbers, sums over degrees and orders.
+// Series in the basis of docs/how/conventions.md: packed numbers, sums over degrees and orders.
 
 function bytesOf(base64) {
   const text = atob(base64);

@@ -6,7 +6,7 @@ mod joint;
 mod picture;
 
 pub use flip::{Flip, PIXELS_PER_DEGREE, flip, flip_ldr};
-pub use joint::{FALSE_ALARMS, JointLevel, JointTest, joint_test};
+pub use joint::{FALSE_ALARMS, FEWEST_REPLICATES, JointLevel, JointTest, joint_test};
 pub use picture::Picture;
 
 use crate::math::choice::choice;

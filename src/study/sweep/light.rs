@@ -267,10 +267,13 @@ fn objects_of(scene: &SceneFile, path: &Path) -> Result<Vec<String>> {
         _ => None,
     });
     let files: Vec<String> = files.collect();
+    let others = match files.as_slice() {
+        [] => "it has no `sh` object at all; write the mesh as one, with a `degree`".to_owned(),
+        files => format!("its `sh` objects are of {}", files.join(", ")),
+    };
     Err(Error::Parameter(format!(
-        "the scene has no [objects.NAME.sh] whose file is {}, only {}",
-        path.display(),
-        if files.is_empty() { "none at all".to_owned() } else { files.join(", ") }
+        "the scene has no [objects.NAME.sh] whose file is {}: {others}",
+        path.display()
     )))
 }
 

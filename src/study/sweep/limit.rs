@@ -41,6 +41,21 @@ impl SweepLimit {
     }
 }
 
+impl SweepLimit {
+    /// Finds what noise alone makes of the limited quantity, the least of the lines, where that is
+    /// known and more than the limit: no degree can keep it.
+    pub fn noise_above(&self, rows: &[SweepRow]) -> Option<f64> {
+        let noise = match self.column {
+            Column::RelMse => Column::RelMseNoise,
+            Column::Flip => Column::FlipNoise,
+            Column::LuxMax => Column::LuxNoise,
+            _ => return None,
+        };
+        let least = rows.iter().map(|row| row[noise].abs()).filter(|noise| !noise.is_nan());
+        least.reduce(f64::min).filter(|noise| *noise > self.at_most)
+    }
+}
+
 impl fmt::Display for SweepLimit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.written)
@@ -95,6 +110,11 @@ mod tests {
         assert_eq!(limit.answer(&rows).and_then(|row| row.degree), Some(4));
         assert_eq!("rms=0.001".parse::<SweepLimit>()?.answer(&rows), None);
         assert_eq!("lux=1%".parse::<SweepLimit>()?.answer(&rows), None);
+        let mut noisy = rows.to_vec();
+        noisy[0][Column::LuxNoise] = 0.11;
+        assert_eq!("lux=1%".parse::<SweepLimit>()?.noise_above(&noisy), Some(0.11));
+        assert_eq!("lux=20%".parse::<SweepLimit>()?.noise_above(&noisy), None);
+        assert_eq!(limit.noise_above(&noisy), None);
         Ok(())
     }
 

@@ -215,7 +215,10 @@ impl SweepRow {
         let rendition = shape.parse().ok()?;
         let mut row = Self::new(rendition, degree.number().map(|degree| degree as usize));
         for (column, cell) in Column::ALL.into_iter().zip(values) {
-            row[column] = cell.number().unwrap_or(f64::NAN);
+            row[column] = match cell {
+                Cell::Empty => f64::NAN,
+                other => other.number().filter(|number| number.is_finite())?,
+            };
         }
         Some(row)
     }
@@ -236,6 +239,11 @@ mod tests {
         assert_eq!((read[Column::Numbers], read[Column::RelativeRms]), (25.0, 0.1));
         assert!(read[Column::Hit].is_nan());
         assert_eq!(SweepRow::of_cells(&["other".into(), Cell::Empty]), None);
+        for damaged in ["x".into(), Cell::Number(f64::NAN)] {
+            let mut cells = cells.clone();
+            cells[2] = damaged;
+            assert_eq!(SweepRow::of_cells(&cells), None);
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! The coefficients of an orthonormal basis are rounded to multiples of one step, which the writer
 //! chooses for the tolerance, and these whole numbers are entropy-coded under a model of the
-//! spectrum. `docs/compact.md` has the mathematics and what it costs and buys.
+//! spectrum. `docs/how/compact.md` has the mathematics and what it costs and buys.
 //!
 //! ```text
 //! bytes  what

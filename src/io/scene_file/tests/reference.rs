@@ -90,12 +90,22 @@ fn reference() -> String {
     for (heading, about, name) in [
         ("[render]", "How a picture is made.", "RenderSpec"),
         ("[illum]", "How illuminance at the sensors is computed.", "IllumSpec"),
-        ("stop", "Of `[render]` and `[illum]`: the first of these that is met ends the run.",
-         "StopSpec"),
-        ("detail", "Of `[render]` and of `sh` objects: how far a picture may simplify shapes.",
-         "DetailSpec"),
-        ("rotate", "Of objects from files: counter-clockwise about an axis through the origin of \
-                    the file.", "Rotation"),
+        (
+            "stop",
+            "Of `[render]` and `[illum]`: the first of these that is met ends the run.",
+            "StopSpec",
+        ),
+        (
+            "detail",
+            "Of `[render]` and of `sh` objects: how far a picture may simplify shapes.",
+            "DetailSpec",
+        ),
+        (
+            "rotate",
+            "Of objects from files: counter-clockwise about an axis through the origin of \
+                    the file.",
+            "Rotation",
+        ),
     ] {
         let key = heading.trim_matches(['[', ']']);
         section(&mut text, heading, about, [key, key], name);
@@ -106,9 +116,10 @@ fn reference() -> String {
 
 /// Writes what `[require]` and `[compare]` take, whose keys are names of sensors.
 fn after(code: &str) -> String {
-    let mut text = "### `[require]`\n\nWhat the sensors of a group must show: `NAME = { key = value, \
+    let mut text =
+        "### `[require]`\n\nWhat the sensors of a group must show: `NAME = { key = value, \
                     ... }`, at least one key.\n\n| key | value | meaning |\n|---|---|---|\n"
-        .to_owned();
+            .to_owned();
     for field in keys(code, "RequireSpec").fields {
         let value = value_of(&field);
         let _ = writeln!(text, "| `{}` | {value} | {} |", field.name, field.meaning);
@@ -183,7 +194,8 @@ fn keys(code: &str, name: &str) -> Keys {
             let name = name.rsplit(' ').next().expect("a name").to_owned();
             let reader = serde.split("deserialize_with = \"").nth(1).unwrap_or("");
             let reader = reader.trim_end_matches('"').to_owned();
-            let is_optional = all_optional || serde.contains("default") || r#type.starts_with("Opt");
+            let is_optional =
+                all_optional || serde.contains("default") || r#type.starts_with("Opt");
             let default = is_optional.then(|| default_of(r#type, &serde, &name));
             assert!(!meaning.is_empty(), "{name} has no words");
             let meaning = std::mem::take(&mut meaning).replace(" | ", " or ");

@@ -19,6 +19,9 @@ const SHARED: f64 = 1.0 / 256.0;
 /// Values of single precision differ by so much of themselves though they are the same: two
 /// roundings of 2^-24 and what sums of them add.
 pub(super) const ROUNDING: f64 = 1.0 / (1_u64 << 22) as f64;
+/// The fewest replicates whose errors can judge: with two, Student's t of one degree of freedom
+/// allows any difference.
+pub const FEWEST_REPLICATES: usize = 4;
 /// Stands for errors that are exact: more replicates change nothing.
 const EXACT: usize = 10_000;
 
@@ -69,7 +72,8 @@ impl JointTest {
 }
 
 /// Tests whether two pictures of one size are the same but for their errors, with
-/// [`FALSE_ALARMS`] in all. `None` where one has no errors, or no pixel has one.
+/// [`FALSE_ALARMS`] in all. `None` where one has no errors, or no pixel has one, or they come from
+/// fewer than [`FEWEST_REPLICATES`].
 ///
 /// The error of a block is more than that of independent pixels: two pixels may share walks, and
 /// with them at most 1/256 of their variance. Errors must be independent between the pictures: two
@@ -82,7 +86,10 @@ pub fn joint_test(a: &Picture, b: &Picture) -> Option<JointTest> {
     let pixels: Vec<_> = (0..n).map(|i| Sum::of_pixel(a, b, i)).collect();
     let tested = pixels.iter().filter(|sum| sum.pixels > 0).count();
     let replicates = [a.replicates, b.replicates].into_iter().flatten().min();
-    let freedom = replicates.map_or(EXACT, |n| n.saturating_sub(1));
+    if replicates.is_some_and(|n| n < FEWEST_REPLICATES) {
+        return None;
+    }
+    let freedom = replicates.map_or(EXACT, |n| n - 1);
     let sides = sides(a.size);
     let share = FALSE_ALARMS / sides.len() as f64;
     let levels = sides.into_iter().map(|side| level(&pixels, a.size, side, share, freedom));
