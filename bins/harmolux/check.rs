@@ -25,10 +25,10 @@ use crate::common::target::write_all;
 use crate::common::values::point;
 use crate::common::{paths, say};
 
-/// Say whether a mesh can be fitted: closed, manifold, oriented, star-shaped; if not, where and why
+/// Say whether a mesh can be fitted, and if not, where and why
 ///
-/// The exit code is 0 when it is all that, 4 when not. A mesh that is star-shaped about any centre
-/// will do, unless one is named.
+/// It must be closed, manifold, oriented and star-shaped. The exit code is 0 when it is all that, 4
+/// when not. A mesh that is star-shaped about any centre will do, unless one is named.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux check head.obj

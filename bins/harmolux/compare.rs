@@ -25,7 +25,7 @@ use crate::common::{paths, say};
 /// The share of the pixels that the scale of a difference reaches.
 const COVER: f64 = 0.995;
 
-/// Tell how far two pictures are from each other, and whether noise explains it
+/// Tell how far two pictures differ, and whether noise explains it
 ///
 /// B is the reference. relMSE is the mean of (a - b)^2 / (b^2 + 1e-4 m^2) over the luminances of
 /// all pixels, m being the mean of b; what the standard errors of both make of it is printed beside

@@ -21,7 +21,7 @@ use crate::common::shape_file::warn_of_no_surface;
 use crate::common::target::write_all;
 use crate::common::values::{grid, numbers};
 
-/// Evaluate a shape: radius, place and normal at latitudes and longitudes
+/// Evaluate a shape at latitudes and longitudes
 ///
 /// Directions are seen from the expansion centre: latitude from the plane z = 0 towards +z,
 /// longitude from +x towards +y, degrees. A table has the radius, the place in the axes of the file

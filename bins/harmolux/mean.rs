@@ -15,10 +15,11 @@ use crate::common::flags::SeriesReading;
 use crate::common::inputs::{mean_centre, read_shapes};
 use crate::common::{paths, say, shape_file};
 
-/// Average shapes, and say how far each is from the mean
+/// Average shapes
 ///
-/// Radii are averaged about each shape's own expansion centre, in its own axes; recentre and align
-/// the shapes first where these are not comparable. Lower degrees are padded with zeros.
+/// Says how far each is from the mean. Radii are averaged about each shape's own expansion centre,
+/// in its own axes; recentre and align the shapes first where these are not comparable. Lower
+/// degrees are padded with zeros.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux mean rock-*.txt -o mean.txt

@@ -21,7 +21,7 @@ use crate::common::progress::Meter;
 use crate::common::target::write_all;
 use crate::common::{folders, paths, plot, say};
 
-/// Find how many shapes vary about their mean: principal modes, scores, explained variance
+/// Find the modes in which shapes vary about their mean
 ///
 /// Principal component analysis of the coefficients in the 4pi normalisation: distances are RMS
 /// radial distances, scores and deviations metres. Radii are compared about each shape's own

@@ -20,7 +20,7 @@ use crate::common::say;
 use crate::common::scenes::{load_scene, read_scene};
 use crate::common::surveys::{self, code, reached, settings};
 
-/// Measure luminance, cd/m2, along rays given on stdin, or illuminance, lx, at points
+/// Measure luminance along rays, or illuminance at points
 ///
 /// Each line of stdin is a point and a direction: x y z dx dy dz. Each gives one line on stdout, in
 /// the same order: the value and its 95 % half width, with a tab between. The value has seven

@@ -18,10 +18,10 @@ use crate::common::shape_file;
 use crate::common::values::{Settings, settings};
 use crate::common::{folders, paths, say};
 
-/// Draw random shapes: Gaussian random spheres, or Gaussian radii of a given spectrum
+/// Draw random shapes
 ///
-/// The same seed gives the same shape. With --count the seeds are SEED, SEED+1, ..., and the files
-/// DIR/SEED.txt.
+/// Gaussian random spheres, or Gaussian radii of a given spectrum. The same seed gives the same
+/// shape. With --count the seeds are SEED, SEED+1, ..., and the files DIR/SEED.txt.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   harmolux random --gaussian-sphere sigma=0.2,nu=3.3 -l 32 --seed 1 -o rock.txt

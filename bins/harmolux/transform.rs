@@ -18,7 +18,7 @@ use crate::common::flags::{SeriesReading, choices};
 use crate::common::values::{numbers, point};
 use crate::common::{paths, say, shape_file};
 
-/// Turn, mirror, align, scale, cut a shape, or expand it about another centre
+/// Turn, mirror, align, scale, cut or recentre a shape
 ///
 /// What is asked for is done in the order of the options below; run it twice for another order.
 /// Mirror, turns and scale are about the origin of the shape's axes and take the expansion centre

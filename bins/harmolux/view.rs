@@ -18,7 +18,7 @@ use crate::common::inputs::{read_shapes, read_surface};
 use crate::common::progress::Meter;
 use crate::common::{paths, say};
 
-/// Write a page that shows shapes in a browser, at every degree
+/// Write a page that shows shapes in a browser
 ///
 /// One file that stands for itself: no server, no network, any browser. It turns the shapes, cuts
 /// them at the degree of a slider and shows their spectra; with --mesh the mesh beside the first,

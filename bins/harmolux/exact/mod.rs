@@ -17,7 +17,7 @@ use sheet::Sheet;
 use crate::common::exit::Code;
 use crate::common::say;
 
-/// Compute problems of light whose answer is known: closed forms and integrals
+/// Compute problems of light whose answer is known
 ///
 /// Each problem without options is a standard case. Lengths are metres, flux lm, intensity cd;
 /// surfaces reflect by Lambert's law.

@@ -30,7 +30,7 @@ const EXR: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
 /// The column that is shown unless another is named.
 const ILLUMINANCE: &str = "illuminance_lx";
 
-/// Show luminance or illuminance in false colour, with a legend
+/// Show luminance or illuminance in false colour
 ///
 /// An EXR picture, as `render` writes it, becomes the same picture in colours that stand for cd/m2.
 /// A CSV table, as `illum` writes it, becomes the isolux picture of a grid of sensors on whatever

@@ -28,7 +28,7 @@ use crate::common::scenes::read_scene;
 use crate::common::subject::Read;
 use crate::common::values::{Degrees, degrees, size};
 
-/// Measure what each truncation degree costs and buys, beside the mesh itself
+/// Measure what each degree costs and buys, beside the mesh
 ///
 /// For each degree: errors of the shape, bytes as files and as traced, times, and the mesh
 /// decimated to as many bytes; with --scene also its picture and illuminances. Writes index.html, a

@@ -2,7 +2,7 @@
 //! the text as a whole.
 //!
 //! ```text
-//! # harmolux 0.1.0 coefficients
+//! # harmolux 0.2.0 coefficients
 //! # normalisation: 4pi
 //! # csphase: 1
 //! # unit: m
