@@ -5,7 +5,7 @@ use harmolux::estimators::{Estimator, ImageSettings, Rendering, Stop, Weighting,
 use harmolux::io::images;
 use harmolux::io::scene_file::SceneFile;
 use harmolux::math::Randomness;
-use harmolux::scene::{Camera, Film, Filter, Scene};
+use harmolux::scene::{Camera, Display, Film, Filter, Scene};
 use harmolux::study::{camera, load};
 
 use super::{Claim, Run, Verdict, data, digits, go_on, percent};
@@ -60,7 +60,7 @@ pub(super) fn claims(run: &Run) -> Result<Vec<Claim>> {
         picture: Some(Picture {
             name: "figure_3.png",
             caption: "Figure 3 again: a head of degree 32 in a lit room".to_owned(),
-            bytes: images::png(width, height, &film.image(), None, None)?.bytes,
+            bytes: images::png(width, height, &film.image(), Display::default(), None)?.bytes,
         }),
     }])
 }
