@@ -56,7 +56,7 @@ pub struct OrthographicSpec {
     /// A point in the middle of the picture, metres; not `from`.
     #[serde(deserialize_with = "point")]
     pub to: DVec3,
-    /// The height of the film, metres.
+    /// The height of the film, metres. Exactly one of this and `width` is given.
     #[serde(default, deserialize_with = "number_if::<Size, _>")]
     pub height: Option<f64>,
     /// The width of the film, metres.

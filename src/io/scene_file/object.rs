@@ -108,7 +108,7 @@ pub struct BoxSpec {
     pub inward: bool,
     /// The material of the faces not named in `faces`.
     pub material: String,
-    /// The materials of single faces.
+    /// The materials of single faces: `x_min`, `x_max`, `y_min`, `y_max`, `z_min`, `z_max`.
     #[serde(default)]
     pub faces: BTreeMap<BoxFace, String>,
 }

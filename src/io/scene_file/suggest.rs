@@ -54,7 +54,13 @@ pub(super) fn example(kind: &str, key: &str) -> Option<&'static str> {
     }
 }
 
-const EXAMPLES: [&str; 62] = [
+const EXAMPLES: [&str; 68] = [
+    "roughness = 0.3",
+    "index = 1.5",
+    "intersector = \"certified\"",
+    "tone = \"filmic\"",
+    "checkpoint = \"60s\"",
+    "patches = 2000",
     "of = { silver = 0.85, dust = 0.15 }",
     "points = 1000",
     "vertices = true",

@@ -69,7 +69,8 @@ pub(super) struct WrittenSurface {
     /// The object, or the face of a box, such as `"room.z_min"`; no infinite plane.
     on: String,
     /// The number of sensors, evenly by area, from 1 to 1 000 000; with `vertices` on an `sh` or
-    /// `sphere` object that of the vertices at least.
+    /// `sphere` object that of the vertices at least. Exactly one of this and `vertices` is given for
+    /// a mesh.
     #[serde(default, deserialize_with = "points_if")]
     points: Option<u32>,
     /// Whether they are the vertices of a mesh, or of a geodesic sphere laid over an `sh` or

@@ -83,7 +83,7 @@ fn reference() -> String {
         assert_eq!(names, types(kind), "{of} is the enum of {kind}");
         for (name, inner, about) in variants {
             let r#type = name.to_lowercase();
-            section(&mut text, &format!("[{kind}.NAME.{type}]"), &about, [kind, &r#type], &inner);
+            section(&mut text, &format!("[{kind}.NAME.{type}]"), &about, kind, &inner);
         }
     }
     text.push_str("\n## Tables of one kind each\n");
@@ -108,7 +108,7 @@ fn reference() -> String {
         ),
     ] {
         let key = heading.trim_matches(['[', ']']);
-        section(&mut text, heading, about, [key, key], name);
+        section(&mut text, heading, about, key, name);
     }
     let _ = write!(text, "\n{}", after(REQUIRE));
     text
@@ -137,7 +137,7 @@ fn after(code: &str) -> String {
 }
 
 /// Writes a table of keys and an example.
-fn section(text: &mut String, heading: &str, about: &str, [kind, r#type]: [&str; 2], name: &str) {
+fn section(text: &mut String, heading: &str, about: &str, kind: &str, name: &str) {
     let keys = keys(&CODE.concat(), name);
     let about = if about.is_empty() { &keys.about } else { about };
     let _ = write!(text, "\n### `{heading}`\n\n{about}\n\n");
@@ -147,15 +147,17 @@ fn section(text: &mut String, heading: &str, about: &str, [kind, r#type]: [&str;
         let default = field.default.as_deref().unwrap_or("");
         let (key, value) = (&field.name, value_of(field));
         let _ = writeln!(text, "| `{key}` | {value} | {default} | {} |", field.meaning);
-        let line = example(r#type, key).filter(|_| r#type != kind || key != kind);
-        let line = line.or_else(|| example(kind, key)).expect("an example in suggest.rs");
+        let line = example(kind, key).expect("an example in suggest.rs");
         lines.push((field, line));
     }
     let heading = match heading.starts_with('[') {
         true => format!("{heading}\n"),
         false => return,
     };
-    let shown = lines.iter().filter(|(field, _)| field.default.is_none());
+    let is_needed =
+        |field: &Field| field.default.is_none() || field.meaning.contains("Exactly one of this");
+    let has_needed = keys.fields.iter().any(is_needed);
+    let shown = lines.iter().filter(|(field, _)| is_needed(field) || !has_needed);
     let body: Vec<&str> = shown.map(|(_, line)| *line).collect();
     if !body.is_empty() {
         let _ = write!(text, "\n```toml\n{heading}{}\n```\n", body.join("\n"));
@@ -198,7 +200,8 @@ fn keys(code: &str, name: &str) -> Keys {
                 all_optional || serde.contains("default") || r#type.starts_with("Opt");
             let default = is_optional.then(|| default_of(r#type, &serde, &name));
             assert!(!meaning.is_empty(), "{name} has no words");
-            let meaning = std::mem::take(&mut meaning).replace(" | ", " or ");
+            // The reader gives it that length.
+            let meaning = std::mem::take(&mut meaning).replace(", of length 1", "");
             serde.clear();
             fields.push(Field { name, reader, r#type: r#type.to_owned(), default, meaning });
         }
@@ -268,7 +271,7 @@ fn quoted(words: &[&str]) -> String {
 fn value_of(field: &Field) -> String {
     let reader = field.reader.trim_end_matches(", _>").trim_end_matches(", _");
     let range = reader.split("::<").nth(1).unwrap_or("");
-    let number = || format!("a number {}", range_of(range));
+    let number = || format!("a number {}", range_of(range)).replace("a number finite", "a number");
     match (reader.split("::").next().unwrap_or(""), field.r#type.as_str()) {
         ("number" | "number_if", _) => number(),
         ("spectrum", _) => format!("a number or `[r, g, b]`, {}", range_of(range)),
