@@ -8,10 +8,10 @@ use clap::Command;
 pub(crate) const TEXT: &str = "\
 harmolux: shapes as spherical harmonics, and light in rooms with its error
 
-Three things to try:
-  harmolux new room.toml && harmolux render room.toml --preview    a picture of a room
-  harmolux illum room.toml                                         its lux, each with an interval
-  harmolux fit head.obj -l 32 -o head.txt                          a mesh becomes 1089 numbers
+Three things to try, in a room that `harmolux new room.toml` writes, or with a mesh:
+  harmolux render room.toml --preview        a picture
+  harmolux illum room.toml                   lux at its sensors, each with an interval
+  harmolux fit head.obj -l 32 -o head.txt    a mesh becomes 1089 numbers
 
 `harmolux --help` lists all verbs, `harmolux VERB --help` shows examples of one.";
 
