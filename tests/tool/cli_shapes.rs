@@ -226,7 +226,7 @@ fn bad_laws_are_refused_and_leave_no_folder() {
     refused(3, &["--gaussian-sphere", "sigma=3,nu=2"], &["seed 1", "not positive"]);
     refused(3, &["--power-law", "rms=0.1,exponent=3,first=20"], &["first <= last"]);
     refused(3, &["--power-law", "rms=0.1,exponent=3", "--radius", "0"], &["mean radius"]);
-    refused(2, &["--power-law", "rms:0.1"], &["name=number"]);
+    refused(2, &["--power-law", "rms:0.1"], &["NAME=NUMBER"]);
     refused(2, &["--power-law", "rms=1,exponent=1", "--spectrum", "x"], &["cannot be used with"]);
     refused(2, &[], &["--gaussian-sphere"]);
     fs::write(desk.path("s.csv"), "degree,power\n2,0.001\n4,0.002\n").expect("written");

@@ -226,7 +226,10 @@ fn bad_input_says_what_and_where() {
     stone(&desk);
     desk.put("room.toml", [ROOM, LAMP, BODY].concat());
     desk.put("other.obj", cube(1.0));
-    let says = ["room.toml", "no [objects.NAME.sh] whose file is other.obj, only stone.obj"];
+    let says = [
+        "room.toml",
+        "no [objects.NAME.sh] whose file is other.obj: its `sh` objects are of stone.obj",
+    ];
     desk.refused("sweep other.obj -l 2 -o out --scene room.toml", &says);
     // A scene that reads the file otherwise would show another size.
     let inches = [ROOM, LAMP, BODY].concat().replace("degree = 9", "degree = 9\nunit = \"in\"");

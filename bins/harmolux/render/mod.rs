@@ -33,7 +33,7 @@ use crate::common::progress::{self, Meter};
 use crate::common::scenes::{distinct, load_scene, read_scene, stop};
 use crate::common::surveys::code;
 use crate::common::values::size;
-use crate::common::{interrupt, paths, say};
+use crate::common::{idle, interrupt, paths, say};
 
 /// Render the luminance, cd/m2, that a camera sees
 ///
@@ -123,6 +123,8 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     let file = with_options(read_scene(&verb.common.scene, &verb.common.define)?, verb)?;
     let camera = framed(camera(&file)?, &file, verb)?;
     let mut outputs = open_outputs(verb)?;
+    let shows = verb.preview || outputs.iter().any(|(image, _)| *image == Image::Png);
+    idle::refuse("no PNG is written", &[(verb.tone.is_some() && !shows, "--tone")])?;
     let place = Place::open(verb, &outputs)?;
     let meter = Meter::start("reading the scene");
     let loaded = load_scene(&file, Some(&camera), &meter)?;

@@ -143,6 +143,7 @@ fn section(text: &mut String, heading: &str, about: &str, kind: &str, name: &str
     let _ = write!(text, "\n### `{heading}`\n\n{about}\n\n");
     text.push_str("| key | value | default | meaning |\n|---|---|---|---|\n");
     let mut lines = Vec::new();
+    let kind = if name == "WrittenLine" { "line" } else { kind };
     for field in &keys.fields {
         let default = field.default.as_deref().unwrap_or("");
         let (key, value) = (&field.name, value_of(field));
