@@ -63,6 +63,19 @@ fn two_seeds_differ_by_noise_alone_and_another_scene_by_more() {
 }
 
 #[test]
+fn errors_of_two_replicates_judge_nothing() {
+    let room = [ROOM, BALL, LAMP, CAMERA, "resolution = [16, 12]\n"].concat();
+    let desk = Desk::new().with("room.toml", room);
+    let stop = "-D render.stop={walks=64}";
+    desk.done(format!("render room.toml {stop} -o a.exr"));
+    desk.done(format!("render room.toml {stop} -D lights.lamp.point.intensity=1e4 -o b.exr"));
+    let said = desk.done("compare b.exr a.exr").out;
+    assert_says(&said, &["not judged: errors from 2 replicates", "more walks"]);
+    let report = desk.json("compare b.exr a.exr");
+    assert!(report["differ"].is_null() && number(&report, "flip_mean") > 0.1);
+}
+
+#[test]
 fn tolerances_decide_where_there_are_no_errors() {
     let desk = desk()
         .with("a.exr", foreign(16, 12, |i| 1.0 + (i % 16) as f64))

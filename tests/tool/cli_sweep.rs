@@ -186,6 +186,80 @@ fn a_sweep_goes_on_from_its_table() {
 }
 
 #[test]
+fn what_a_run_left_behind_is_made_whole_and_nothing_else_is_touched() {
+    let desk = Desk::new();
+    stone(&desk);
+    desk.put("room.toml", [ROOM, LAMP, BODY].concat());
+    let line = "sweep stone.obj -l 1,2 --scene room.toml --samples 2 -o out";
+    desk.done(line);
+    let whole = desk.text("out/stone-2.txt");
+    let table = desk.text("out/sweep.csv");
+    // Killed between the files and the line, or in the middle of the line; a picture that is gone.
+    let without = |shape: &str| -> String {
+        table.lines().filter(|row| !row.starts_with(shape)).map(|row| format!("{row}\n")).collect()
+    };
+    let torn = table.replacen("series,2,9,", "series,2,nine,", 1);
+    for left in [without("series,2,"), torn, table.clone()] {
+        desk.put("out/sweep.csv", left);
+        fs::remove_file(desk.path("out/stone-2.png")).expect("it was there");
+        let said = desk.done(line);
+        assert_says(&said.err, &["degree 2"]);
+        assert_eq!(desk.text("out/stone-2.txt"), whole);
+        assert!(desk.path("out/stone-2.png").exists());
+        assert!(desk.text("out/sweep.csv").contains("series,2,9,"));
+    }
+    // What another program wrote stays, and so does all where there is no table.
+    desk.put("out/sweep.csv", without("series,2,"));
+    desk.put("out/stone-2.txt", "mine");
+    assert_says(&desk.ends(3, line).err, &["stone-2.txt", "not written by this program"]);
+    fs::remove_file(desk.path("out/sweep.csv")).expect("it was there");
+    desk.put("out/stone-2.txt", whole);
+    assert_says(&desk.ends(3, line).err, &["there already", "--force"]);
+}
+
+#[test]
+fn one_degree_is_a_sweep_too() {
+    let desk = Desk::new();
+    stone(&desk);
+    // Degree 0 has no place on a logarithmic axis, a whole series no error.
+    desk.done("sweep stone.obj -l 0 -o zero");
+    desk.done("sweep seed.txt -l 12 -o whole");
+    for folder in ["zero", "whole"] {
+        assert!(desk.path(&format!("{folder}/index.html")).exists(), "{folder}");
+    }
+    assert!(!desk.path("whole/error_bytes.svg").exists());
+}
+
+#[test]
+fn limits_below_the_noise_are_told() {
+    let desk = Desk::new();
+    stone(&desk);
+    desk.put("room.toml", [ROOM, LAMP, BODY].concat());
+    let line =
+        "sweep stone.obj -l 1 --scene room.toml --samples 2 -o out --tolerance flip=1e-6,rms=1e-6";
+    let said = desk.ends(4, line).err;
+    assert_says(&said, &["flip <= 1e-6: noise alone makes", "raise `--samples`", "higher ones"]);
+}
+
+#[test]
+fn a_mesh_elsewhere_is_told() {
+    let desk = Desk::new();
+    stone(&desk);
+    let moved = |line: &str| match line.strip_prefix("v ") {
+        Some(place) => {
+            let (x, rest) = place.split_once(' ').expect("three numbers");
+            format!("v {} {rest}\n", x.parse::<f64>().expect("a number") + 50.0)
+        }
+        None => format!("{line}\n"),
+    };
+    desk.put("far.obj", desk.text("stone.obj").lines().map(moved).collect::<String>());
+    let said = desk.done("view seed.txt --mesh far.obj -o far.html").err;
+    assert_says(&said, &["does not lie about the centre", "another unit"]);
+    let said = desk.done("view seed.txt --mesh stone.obj -o near.html").err;
+    assert!(!said.contains("warning"), "{said}");
+}
+
+#[test]
 fn a_table_is_printed_and_limits_are_answered() {
     let desk = Desk::new();
     stone(&desk);
