@@ -2,7 +2,6 @@
 
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
-use harmolux::Result;
 
 use crate::Arguments;
 use crate::common::exit::Code;
@@ -20,9 +19,9 @@ pub(crate) struct Completions {
 }
 
 /// Runs the verb.
-pub(crate) fn run(verb: &Completions) -> Result<Code> {
+pub(crate) fn run(verb: &Completions) -> Code {
     let mut script = Vec::new();
     clap_complete::generate(verb.shell, &mut Arguments::command(), "harmolux", &mut script);
     say::raw(String::from_utf8_lossy(&script).trim_end());
-    Ok(Code::Done)
+    Code::Done
 }

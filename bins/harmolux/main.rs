@@ -132,7 +132,7 @@ fn main() -> ExitCode {
         Verb::Falsecolor(verb) => falsecolor::run(verb, arguments.json),
         Verb::Compare(verb) => compare::run(verb, arguments.json),
         Verb::Convert(verb) => convert::run(verb, arguments.json),
-        Verb::Completions(verb) => completions::run(verb),
+        Verb::Completions(verb) => Ok(completions::run(verb)),
         Verb::Man(verb) => man::run(verb, arguments.json),
     };
     match done {

@@ -92,9 +92,10 @@ fn blocks(pixels: &[[u8; 3]], columns: usize, true_colour: bool) -> String {
     let colour = |[r, g, b]: [u8; 3]| {
         // Else the cube of 6 x 6 x 6 colours of terminals that have 256.
         let level = |v: u8| (u16::from(v) * 5 + 127) / 255;
-        match true_colour {
-            true => format!("2;{r};{g};{b}"),
-            false => format!("5;{}", 16 + 36 * level(r) + 6 * level(g) + level(b)),
+        if true_colour {
+            format!("2;{r};{g};{b}")
+        } else {
+            format!("5;{}", 16 + 36 * level(r) + 6 * level(g) + level(b))
         }
     };
     let mut text = String::new();

@@ -151,17 +151,16 @@ fn section(text: &mut String, heading: &str, about: &str, kind: &str, name: &str
         let line = example(kind, key).expect("an example in suggest.rs");
         lines.push((field, line));
     }
-    let heading = match heading.starts_with('[') {
-        true => format!("{heading}\n"),
-        false => return,
-    };
+    if !heading.starts_with('[') {
+        return;
+    }
     let is_needed =
         |field: &Field| field.default.is_none() || field.meaning.contains("Exactly one of this");
     let has_needed = keys.fields.iter().any(is_needed);
     let shown = lines.iter().filter(|(field, _)| is_needed(field) || !has_needed);
     let body: Vec<&str> = shown.map(|(_, line)| *line).collect();
     if !body.is_empty() {
-        let _ = write!(text, "\n```toml\n{heading}{}\n```\n", body.join("\n"));
+        let _ = write!(text, "\n```toml\n{heading}\n{}\n```\n", body.join("\n"));
     }
 }
 
@@ -226,10 +225,9 @@ fn default_of(r#type: &str, serde: &str, name: &str) -> String {
     let of_function = serde.split("default = \"").nth(1).and_then(|rest| rest.split('"').next());
     let of_type = match r#type {
         "bool" => "`false`".to_owned(),
-        "u64" | "Rgb" => "0".to_owned(),
         "f64" if name == "pixels" => "0.25".to_owned(),
         "f64" if name == "normal" => "180".to_owned(),
-        "f64" => "0".to_owned(),
+        "u64" | "Rgb" | "f64" => "0".to_owned(),
         "DVec3" => "`[0, 0, 0]`".to_owned(),
         "Exposure" => "by the mean".to_owned(),
         "MeasureName" => "`\"plane\"`".to_owned(),
