@@ -22,8 +22,6 @@ mod modes;
 mod new;
 mod probe;
 mod random;
-#[cfg(test)]
-mod reference;
 mod render;
 mod spectrum;
 mod sweep;

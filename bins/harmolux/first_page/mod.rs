@@ -1,5 +1,8 @@
 //! What a user meets first: the page of `harmolux` alone, and the verbs of `--help` in groups.
 
+#[cfg(test)]
+mod tests;
+
 use std::fmt::Write;
 
 use clap::Command;
@@ -16,7 +19,7 @@ Three things to try, in a room that `harmolux new room.toml` writes, or with a m
 `harmolux --help` lists all verbs, `harmolux VERB --help` shows examples of one.";
 
 /// The verbs, in groups.
-pub(crate) const GROUPS: [(&str, &[&str]); 3] = [
+const GROUPS: [(&str, &[&str]); 3] = [
     (
         "Shapes",
         &[
@@ -55,29 +58,4 @@ pub(crate) fn grouped(mut tool: Command) -> Command {
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{verbs}\
          \x1b[1m\x1b[4mOptions:\x1b[0m\n{{options}}{{after-help}}"
     ))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Arguments;
-    use clap::CommandFactory;
-
-    #[test]
-    fn every_verb_is_in_one_group() {
-        let mut tool = Arguments::command();
-        tool.build();
-        let mut own: Vec<&str> = tool.get_subcommands().map(Command::get_name).collect();
-        let mut listed: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| *names).copied().collect();
-        own.sort_unstable();
-        listed.sort_unstable();
-        assert_eq!(listed, own);
-    }
-
-    #[test]
-    fn lines_fit_a_terminal() {
-        let help = grouped(Arguments::command()).render_help().to_string();
-        let lines = TEXT.lines().chain(help.lines());
-        assert_eq!(lines.filter(|line| line.chars().count() > 100).collect::<Vec<_>>(), [""; 0]);
-    }
 }

@@ -1,13 +1,12 @@
-//! The reference of verbs, `docs/reference/verbs.md`, is made of their help. After a change:
-//! `HARMOLUX_BLESS=1 cargo test --bins verbs`.
+//! The groups and the page; and the reference of verbs, `docs/reference/verbs.md`, which is made of
+//! their help. After a change: `HARMOLUX_BLESS=1 cargo test --bins verbs`.
 
-use std::fmt::Write;
 use std::path::Path;
 
-use clap::{Command, CommandFactory};
+use clap::CommandFactory;
 
+use super::*;
 use crate::Arguments;
-use crate::first_page::GROUPS;
 
 const INTRODUCTION: &str = "\
 # Verbs
@@ -53,4 +52,22 @@ fn describe(text: &mut String, verb: &Command, name: &str) {
 /// Whether a line is of every verb alike.
 fn is_global(line: &str) -> bool {
     line.trim_start().starts_with("-h, --help") || line.trim_start().starts_with("-V, --version")
+}
+
+#[test]
+fn every_verb_is_in_one_group() {
+    let mut tool = Arguments::command();
+    tool.build();
+    let mut own: Vec<&str> = tool.get_subcommands().map(Command::get_name).collect();
+    let mut listed: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| *names).copied().collect();
+    own.sort_unstable();
+    listed.sort_unstable();
+    assert_eq!(listed, own);
+}
+
+#[test]
+fn lines_fit_a_terminal() {
+    let help = grouped(Arguments::command()).render_help().to_string();
+    let lines = TEXT.lines().chain(help.lines());
+    assert_eq!(lines.filter(|line| line.chars().count() > 100).collect::<Vec<_>>(), [""; 0]);
 }
