@@ -43,7 +43,8 @@ impl Exposure {
     /// use harmolux::scene::Exposure;
     ///
     /// let picture = [1.0, 2.0, 4.0, 500.0].map(Rgb::grey);
-    /// assert_eq!(Exposure::Share(0.75).factor(&picture), 0.25);
+    /// assert_eq!(Exposure::Share(0.75).factor(&picture)?, 0.25);
+    /// # Ok::<(), harmolux::Error>(())
     /// ```
     ///
     /// # Errors
