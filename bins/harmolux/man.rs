@@ -43,10 +43,9 @@ pub(crate) fn run(verb: &Man, as_json: bool) -> Result<Code> {
 
 /// Writes the pages into a folder and returns their files.
 fn write(folder: &Path, force: bool) -> Result<Vec<PathBuf>> {
-    let mut tool = Arguments::command();
+    let mut tool = Arguments::command().disable_help_subcommand(true);
     tool.build();
-    let verbs = tool.get_subcommands().filter(|verb| verb.get_name() != "help");
-    let pages = [&tool].into_iter().chain(verbs).map(|command| {
+    let pages = [&tool].into_iter().chain(tool.get_subcommands()).map(|command| {
         let page = Page::new(command.clone());
         let path = folder.join(page.get_filename());
         let mut text = Vec::new();

@@ -27,7 +27,8 @@ pub(crate) struct SceneArguments {
     /// The seed: the same seed gives the same bytes
     #[arg(long)]
     pub(crate) seed: Option<u64>,
-    /// A fast look: a tenth of the walks (and a quarter of the pixels)
+    /// A faster look: a tenth of the walks, or sqrt(10) times the error asked for (and a quarter of
+    /// the pixels)
     #[arg(long)]
     pub(crate) quick: bool,
 }

@@ -22,7 +22,7 @@ pub(crate) struct Repairs {
         value_parser = length
     )]
     pub(crate) weld: f64,
-    /// Fill holes whose rim has at most so many edges
+    /// With --repair, fill holes whose rim has at most so many edges
     #[arg(long, value_name = "EDGES", default_value_t = 0, requires = "repair")]
     pub(crate) fill_holes: usize,
     /// Keep the piece with the largest area alone

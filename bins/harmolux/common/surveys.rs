@@ -33,7 +33,7 @@ pub(crate) fn code(ending: Ending, stop: Stop, error: Option<f64>, name: &str) -
         (Some(_), None) => false,
         (None, _) => true,
     };
-    if let (false, Some(target)) = (met, stop.relative_error) {
+    if let (false, Some(target)) = (met || ending == Ending::Interrupted, stop.relative_error) {
         let reached = error.map_or("unknown".to_owned(), say::percent);
         say::warning(&format!(
             "target not met: the {name} is {reached}, asked for {}; allow more time or walks, or \

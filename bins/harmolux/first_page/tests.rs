@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use clap::CommandFactory;
+use clap::{Arg, CommandFactory};
 
 use super::*;
 use crate::Arguments;
@@ -16,6 +16,9 @@ const INTRODUCTION: &str = "\
 What `harmolux VERB --help` says. Data go to stdout (`--json` for machines: [keys](json.md)), talk
 to stderr. Exit codes: 0 done, 1 failed, 2 wrong command line, 3 bad input, 4 requirement or target
 error not met, 130 interrupted after saving.
+
+Every verb also takes `-j N` (threads; results do not depend on it), `--max-memory BYTES` (such as
+2G; what needs more is refused with what would fit) and `--json`.
 ";
 
 #[test]
@@ -40,7 +43,8 @@ fn verbs_are_those_of_the_help() {
 
 /// Writes the help of a verb, and of the verbs in it.
 fn describe(text: &mut String, verb: &Command, name: &str) {
-    let help = verb.clone().render_long_help().to_string();
+    let own = |arg: Arg| if arg.is_global_set() { arg.hide(true) } else { arg };
+    let help = verb.clone().mut_args(own).render_long_help().to_string();
     let lines = help.lines().map(str::trim_end).filter(|line| !is_global(line));
     let lines = lines.collect::<Vec<_>>().join("\n");
     let _ = write!(text, "\n### {name}\n\n```text\n{}\n```\n", lines.trim_end());

@@ -160,16 +160,23 @@ pub(crate) fn run(verb: &Render, as_json: bool) -> Result<Code> {
     };
     let rendering = resume(&loaded.scene, &camera, &settings, film, &watch, Some(keeper))
         .map_err(|e| about(&verb.common.scene, e))?;
-    meter.stage("writing");
+    let meter = match &preview {
+        None => Some(meter),
+        Some(preview) => {
+            drop(meter);
+            preview.leave(&rendering);
+            None
+        }
+    };
+    if let Some(meter) = &meter {
+        meter.stage("writing");
+    }
     if rendering.unfinished == Some(0.0) {
         kept.end(&rendering, false);
         return Ok(nothing_done(&rendering));
     }
     let written = finish(kept, &mut outputs, &rendering, &write)?;
     drop(meter);
-    if let Some(preview) = &preview {
-        preview.leave(&rendering);
-    }
     warn(&rendering);
     if as_json {
         say::json(&report_json(&loaded, &rendering, settings.stop.relative_error, &written));

@@ -101,8 +101,14 @@ fn blocks(pixels: &[[u8; 3]], columns: usize, true_colour: bool) -> String {
     let mut text = String::new();
     for pair in pixels.chunks_exact(2 * columns) {
         let (above, below) = pair.split_at(columns);
+        let mut last = None;
         for (above, below) in above.iter().zip(below) {
-            let _ = write!(text, "\x1b[38;{};48;{}m\u{2580}", colour(*above), colour(*below));
+            let now = [*above, *below].map(colour);
+            if last.as_ref() != Some(&now) {
+                let _ = write!(text, "\x1b[38;{};48;{}m", now[0], now[1]);
+            }
+            text.push('\u{2580}');
+            last = Some(now);
         }
         text.push_str("\x1b[0m\n");
     }

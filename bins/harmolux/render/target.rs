@@ -93,6 +93,9 @@ fn encode_png(rendering: &Rendering, spec: &RenderSpec, run: &str) -> Result<Png
     png(width, height, &rendering.film.image(), spec.display(), Some(run))
 }
 
+/// The largest share of white pixels of a picture that was exposed by a factor of its own.
+const MOST_WHITE: f64 = 0.5;
+
 fn tell_exposure(rendering: &Rendering, made: &Png, asked: Exposure) {
     let is_dark = !rendering.film.image().iter().any(|pixel| pixel.luminance() > 0.0);
     say::note(&if is_dark && !matches!(asked, Exposure::Factor(_)) {
@@ -100,6 +103,16 @@ fn tell_exposure(rendering: &Rendering, made: &Png, asked: Exposure) {
     } else {
         format!("exposure {} (PNG value per cd/m2)", say::significant(made.exposure, 4))
     });
+    let image = rendering.film.image();
+    let white = image.iter().filter(|p| p.luminance() * made.exposure >= 1.0).count();
+    let share = white as f64 / image.len().max(1) as f64;
+    if matches!(asked, Exposure::Factor(_)) && share > MOST_WHITE {
+        say::warning(&format!(
+            "{} of the pixels are white at this exposure; `--exposure 98%` keeps so many below \
+             white",
+            say::percent(share)
+        ));
+    }
 }
 
 /// Returns the channels of the light, which are computed from the film as they are written: a film
