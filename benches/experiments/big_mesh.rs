@@ -2,8 +2,11 @@
 //! it and tests it for star shape, each in a process of its own, and prints the peak of its memory
 //! beside that of the mesh (24 B a vertex, 12 B a face). OBJ takes most, while tobj parses it.
 //!
-//!     cargo run --release --features experiments --example big_mesh    # Linux; 0.6 GB of disk, 2.3 GB of memory
-//!     cargo run --release --features experiments --example big_mesh -- 0.1       # a tenth of it
+//!     cargo run --release --features experiments --example big_mesh
+//!
+//! On Linux, with 0.6 GB of disk and 2.3 GB of memory; for a tenth of it:
+//!
+//!     cargo run --release --features experiments --example big_mesh -- 0.1
 
 use std::error::Error;
 use std::f64::consts::{PI, TAU};

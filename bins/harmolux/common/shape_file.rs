@@ -4,7 +4,7 @@ use std::path::Path;
 
 use harmolux::fit::Shape;
 use harmolux::io::coefficients::{SeriesFormat, Tolerance, WriteOptions, encode};
-use harmolux::io::output::Output;
+use harmolux::io::output::{Kind, Output};
 use harmolux::sh::require_positive;
 use harmolux::{Error, Result};
 
@@ -45,16 +45,18 @@ pub(crate) struct ShapeFile {
 
 /// Checks that a coefficient file can be written, before the work.
 pub(crate) fn open(path: &Path, force: bool) -> Result<ShapeFile> {
-    let format = SeriesFormat::of_extension(path).unwrap_or(SeriesFormat::Text);
-    format.require_written()?;
-    Ok(ShapeFile { output: Output::open(path, &format.kind(), force)?, format })
+    opened(path, |kind| Output::open(path, kind, force))
 }
 
 /// As [`open`], for a run that goes on: a file that this program wrote may stand there.
 pub(crate) fn open_again(path: &Path, force: bool) -> Result<ShapeFile> {
+    opened(path, |kind| Output::open_again(path, kind, force))
+}
+
+fn opened(path: &Path, open: impl FnOnce(&Kind) -> Result<Output>) -> Result<ShapeFile> {
     let format = SeriesFormat::of_extension(path).unwrap_or(SeriesFormat::Text);
     format.require_written()?;
-    Ok(ShapeFile { output: Output::open_again(path, &format.kind(), force)?, format })
+    Ok(ShapeFile { output: open(&format.kind())?, format })
 }
 
 impl ShapeFile {

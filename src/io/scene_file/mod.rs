@@ -20,6 +20,7 @@ mod references;
 mod require;
 mod sensor;
 mod source;
+mod spacing;
 mod suggest;
 mod surface_sensor;
 mod task;

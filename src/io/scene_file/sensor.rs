@@ -1,19 +1,18 @@
 //! `[sensors.NAME.TYPE]`: where illuminance is asked for.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use glam::DVec3;
-use serde::de::Visitor;
 use serde::{Deserialize, Deserializer};
 
 use super::measure::MeasureName;
 use super::object::{BoxFace, ObjectSpec};
 use super::object_part::{box_face, object_and_part};
 use super::source::Entry;
+use super::spacing::Spacing;
 use super::suggest::suggest;
 use super::surface_sensor::{SurfaceSpec, WrittenSurface};
-use super::values::{AtLeast0, Coordinate, Range, Size, number, number_if, whole, word};
+use super::values::{AtLeast0, Coordinate, Size, number, number_if, whole, word};
 use super::vectors::{columns_rows_if, direction, direction_if, point, points};
 use crate::scene::Measure;
 use crate::{Error, Result};
@@ -197,46 +196,6 @@ pub(super) struct WrittenGrid {
     /// Where half a cylinder faces; there only, and perpendicular to the normal.
     #[serde(default, deserialize_with = "direction_if")]
     facing: Option<DVec3>,
-}
-
-/// "en12464" or a number of metres.
-#[derive(Debug)]
-struct Spacing(GridLayout);
-
-impl<'de> Deserialize<'de> for Spacing {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(SpacingVisitor)
-    }
-}
-
-struct SpacingVisitor;
-
-impl Visitor<'_> for SpacingVisitor {
-    type Value = Spacing;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("\"en12464\" or a number of metres")
-    }
-
-    fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Spacing, E> {
-        if word == "en12464" {
-            return Ok(Spacing(GridLayout::En12464));
-        }
-        Err(E::custom(format!("must be \"en12464\" or a number of metres, found {word:?}")))
-    }
-
-    fn visit_i64<E: serde::de::Error>(self, metres: i64) -> Result<Spacing, E> {
-        self.visit_f64(metres as f64)
-    }
-
-    fn visit_f64<E: serde::de::Error>(self, metres: f64) -> Result<Spacing, E> {
-        if metres.is_finite() && Size::holds(metres) {
-            return Ok(Spacing(GridLayout::Spacing(metres)));
-        }
-        Err(E::custom(format!(
-            "must be a number of metres above 0 and at most 1e9, found {metres}"
-        )))
-    }
 }
 
 impl WrittenSensor {
